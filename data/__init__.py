@@ -1,0 +1,1 @@
+"""The paper's tables; see MANIFEST.toml for sources, units and licence."""

@@ -1,0 +1,1 @@
+"""Synthetic recordings of twisted string actuators, with exact truth."""

@@ -1,0 +1,1 @@
+"""What the model gets wrong, why, and what extending it gains."""

@@ -1,0 +1,51 @@
+"""Why a number may be bad.
+
+One list drives the code, the decoder and the documentation: a new flag is one line in `_FLAGS`.
+"""
+
+from __future__ import annotations
+
+from enum import IntFlag
+
+_FLAGS: tuple[tuple[str, str], ...] = (
+    ("UNREADABLE", "the picture could not be decoded; nothing was measured"),
+    ("WRONG_SIZE", "the picture's size differs from the first frame's"),
+    ("BLANK", "the picture holds no contrast (blank or saturated)"),
+    ("NO_BUNDLE", "no bundle of strings was found"),
+    ("NO_SEPARATOR", "the separator was not found; s = 0 lies at the picture's edge or the apex"),
+    ("NO_APEX", "the legs' meeting point was not found or lies out of view"),
+    ("NO_SCALE", "no scale is known: mm columns are empty, px columns stand"),
+    ("NO_TURNS", "the motor turns of this frame are unknown"),
+    ("SCALE_LOCAL", "the scale varies along the view; mm values carry that uncertainty"),
+    ("STRAND_COUNT_GUESSED", "N was not given and was estimated from the picture"),
+    ("ENVELOPE_ONLY", "the helix fit did not hold; the diameter is the silhouette's envelope"),
+    ("NO_PITCH", "pitch and angles could not be measured"),
+    ("NO_HANDEDNESS", "the strands' ridges were too weak to tell S from Z"),
+    ("FEW_LOBES", "fewer than two silhouette periods were in view"),
+    ("TOO_FEW_TURNS", "the strands are hardly twisted; the helix is not defined yet"),
+    ("EDGE_POOR", "the edges were weak or disagreed with the edge model"),
+    ("AMBIGUOUS_HARMONIC", "two pitches a whole ratio apart fit alike"),
+    ("FIBRES", "loose fibres or dust beside the bundle were cut away"),
+    ("CURVED_AXIS", "the axis is curved; lengths follow the curve"),
+    ("TRACK_LOST", "the tracked region was lost and found again by a full search"),
+    ("CAMERA_MOVED", "the camera or rig moved against the frame before"),
+    ("KNOT_UNSURE", "an interval stands out but does not surely meet the knot criterion"),
+    ("CLIPPED", "the bundle leaves the picture or the region of interest"),
+    ("OVEREXPOSED", "part of the bundle is saturated"),
+)
+
+Flag = IntFlag("Flag", {name: 1 << i for i, (name, _) in enumerate(_FLAGS)})  # type: ignore[misc]
+MEANING: dict[str, str] = dict(_FLAGS)
+
+
+def flags_to_text(flags: int) -> str:
+    """Names joined by `|`, in the order of the list; empty when nothing is wrong."""
+    return "|".join(name for i, (name, _) in enumerate(_FLAGS) if int(flags) >> i & 1)
+
+
+def flags_from_text(text: str) -> Flag:
+    """Inverse of `flags_to_text`; raises KeyError on a name that is not in the list."""
+    value = Flag(0)
+    for name in filter(None, text.split("|")):
+        value |= Flag[name]
+    return value

@@ -1,0 +1,1 @@
+"""PICTURE -> STRINGS: frames, scale, separator, axis."""

@@ -1,0 +1,1 @@
+"""STRINGS -> NUMBERS: edges, helix fit, knots, budgets, one frame, one recording."""

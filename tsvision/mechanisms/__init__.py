@@ -1,0 +1,1 @@
+"""A shelf of candidate causes, one a file."""

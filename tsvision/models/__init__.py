@@ -1,0 +1,1 @@
+"""A shelf of displacement and bundle models, one a file."""

@@ -1,0 +1,1 @@
+"""Tables -> figures, page, overlay."""

@@ -1,0 +1,1 @@
+"""ROWS -> EVENTS: tracks, phases, onsets."""
