@@ -1,0 +1,115 @@
+"""One frame with what was measured drawn on it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+
+from tsvision.records import FrameRow, KnotSighting, Profile
+from tsvision.report import palette
+from tsvision.report.pictures import display_bgr
+from tsvision.report.trace import Trace, trace_frame
+
+_SHIFT = 4  # OpenCV draws at 1/16 px
+_FONT = cv2.FONT_HERSHEY_SIMPLEX
+
+
+def draw_overlay(
+    frame: np.ndarray,
+    row: FrameRow,
+    profile: Profile | None = None,
+    knots: Sequence[KnotSighting] = (),
+    zoom: int | None = None,
+    caption: bool = True,
+) -> np.ndarray:
+    """Axis, both edges, envelope, near-separator region, separator and knots on the picture.
+
+    `frame` is (H, W) or (H, W, 3) BGR, uint8 or uint16, and is not changed. Returns a new
+    (zoom H + caption, zoom W, 3) uint8 BGR picture. `zoom` (default: 1 from 1200 px width on, else
+    2) enlarges first, so that a line of 1 px hides less of a thin bundle. The caption stands in a
+    strip above the picture and hides nothing.
+    """
+    zoom = zoom or (1 if frame.shape[1] >= 1200 else 2)
+    canvas = display_bgr(frame)
+    if zoom > 1:
+        canvas = cv2.resize(canvas, None, fx=zoom, fy=zoom, interpolation=cv2.INTER_CUBIC)
+    else:
+        canvas = canvas.copy()
+    _draw_trace(canvas, trace_frame(row, profile, knots), zoom)
+    return _with_caption(canvas, row) if caption else canvas
+
+
+def caption_text(row: FrameRow) -> str:
+    """The frame's numbers in one line of ASCII, unknown ones left out."""
+    parts = [f"frame {row.frame}"]
+    if math.isfinite(row.turns):
+        parts.append(f"{row.turns:g} turns")
+    if row.phase:
+        parts.append(palette.phase_key(row.phase).replace("_", " "))
+    for value, sd, unit in (
+        (row.diameter_mm, row.diameter_mm_sd, "mm"),
+        (row.diameter_px, row.diameter_px_sd, "px"),
+    ):
+        if math.isfinite(value):
+            digits = 3 if unit == "mm" else 2
+            spread = f" +- {sd:.{digits}f}" if math.isfinite(sd) else ""
+            parts.append(f"D {value:.{digits}f}{spread} {unit}")
+            break
+    if math.isfinite(row.helix_angle_rad):
+        parts.append(f"beta {math.degrees(row.helix_angle_rad):.1f} deg {row.handedness}".strip())
+    if math.isfinite(row.knot_count):
+        parts.append(f"{row.knot_count:.0f} knot{'' if row.knot_count == 1 else 's'}")
+    return "  ".join(parts)
+
+
+def _draw_trace(canvas: np.ndarray, trace: Trace, zoom: int) -> None:
+    for line, colour in (
+        (trace.axis, palette.AXIS),
+        (trace.envelope_upper, palette.ENVELOPE),
+        (trace.envelope_lower, palette.ENVELOPE),
+        (trace.upper, palette.EDGES),
+        (trace.lower, palette.EDGES),
+    ):
+        _polyline(canvas, line, zoom, colour)
+    _polyline(canvas, trace.near_region, zoom, palette.NEAR_REGION, closed=True)
+    _polyline(canvas, trace.separator, zoom, palette.SEPARATOR, thickness=2)
+    for box in trace.knots:
+        _polyline(canvas, box, zoom, palette.KNOTS, closed=True, thickness=2)
+
+
+def _polyline(
+    canvas: np.ndarray,
+    line: np.ndarray,
+    zoom: int,
+    colour: str,
+    closed: bool = False,
+    thickness: int = 1,
+) -> None:
+    # Pixel centres are whole numbers: x at zoom 1 is zoom x + (zoom - 1) / 2 on the canvas.
+    for piece in finite_pieces(line):
+        points = np.rint((piece * zoom + (zoom - 1) / 2) * 2**_SHIFT).astype(np.int32)
+        cv2.polylines(canvas, [points], closed, palette.bgr(colour), thickness, cv2.LINE_AA, _SHIFT)
+
+
+def finite_pieces(line: np.ndarray) -> list[np.ndarray]:
+    """Cut a (K, 2) polyline at its NaN rows; pieces of fewer than two points are dropped."""
+    if not len(line):
+        return []
+    good = np.isfinite(line).all(axis=1)
+    cuts = np.flatnonzero(np.diff(good.astype(int))) + 1
+    pieces = np.split(line, cuts)
+    return [piece for piece in pieces if len(piece) > 1 and np.isfinite(piece[0]).all()]
+
+
+def _with_caption(canvas: np.ndarray, row: FrameRow) -> np.ndarray:
+    text, width = caption_text(row), canvas.shape[1]
+    scale = 0.6
+    (length, height), _ = cv2.getTextSize(text, _FONT, scale, 1)
+    scale *= min(1.0, (width - 16) / max(length, 1))
+    strip = np.zeros((height + 18, width, 3), np.uint8)
+    strip[-3:] = palette.bgr(palette.PHASES.get(palette.phase_key(row.phase), palette.GREY))
+    cv2.putText(strip, text, (8, height + 6), _FONT, scale, (255, 255, 255), 1, cv2.LINE_AA)
+    return np.vstack([strip, canvas])
