@@ -1,0 +1,88 @@
+"""The options by which every verb of the models learns an actuator's geometry."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tsvision.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from tsvision.actuator.geometry import Geometry
+
+PaperOption = Annotated[
+    int | None, typer.Option("--paper", help="Take the paper's system of N = 2, 4, 6 or 8 strings.")
+]
+RigOption = Annotated[Path | None, typer.Option("--rig", help="rig.toml to take values from.")]
+StringsOption = Annotated[int | None, typer.Option("--strings", "-N", help="Number of strings.")]
+StringDiameterOption = Annotated[
+    float | None, typer.Option("--string-diameter", help="d, one string under load, mm.")
+]
+ZoneOption = Annotated[float | None, typer.Option("--zone", help="L, twisting zone, mm.")]
+HoleDistanceOption = Annotated[
+    float | None, typer.Option("--hole-distance", help="S, between the separator's holes, mm.")
+]
+HoleDiameterOption = Annotated[
+    float | None, typer.Option("--hole-diameter", help="Diameter of a separator hole, mm.")
+]
+DiameterOption = Annotated[
+    float | None,
+    typer.Option("--diameter", help="D, bundle, mm; else from N, d and --section."),
+]
+SectionOption = Annotated[
+    str, typer.Option("--section", help="Bundle model that gives D when it is not known.")
+]
+PitchOption = Annotated[
+    float | None, typer.Option("--pitch", help="p beside the separator, mm (locked_pitch needs it)")
+]
+LoadOption = Annotated[float | None, typer.Option("--load", help="Load F, N.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="JSON on stdout.")]
+
+
+def resolve(
+    paper: int | None,
+    rig: Path | None,
+    section: str,
+    **given: float | int | None,
+) -> Geometry:
+    """Geometry from --paper, then --rig, then single options; the later wins."""
+    from tsvision.actuator.geometry import (
+        Geometry,
+        known_values,
+        override,
+        paper_geometry,
+        rig_geometry,
+        with_bundle,
+    )
+
+    geometry = Geometry() if paper is None else paper_geometry(paper)
+    if rig is not None:
+        from tsvision.rig import load_rig
+
+        geometry = override(geometry, **known_values(rig_geometry(load_rig(rig))))
+    changed = {"strings", "string_diameter_mm"} & {k for k, v in given.items() if v is not None}
+    if paper is not None and changed and given.get("bundle_diameter_mm") is None:
+        # Other strings make another bundle: the caliper's D no longer belongs to them.
+        geometry = Geometry(**{**known_values(geometry), "bundle_diameter_mm": float("nan")})  # type: ignore[arg-type]
+    return with_bundle(override(geometry, **given), section)
+
+
+def numbers(text: str, option: str) -> np.ndarray:
+    """`0,10,20` or `start:stop:step` (stop included) as a float array; InputError otherwise."""
+    import numpy as np
+
+    try:
+        if ":" in text:
+            start, stop, step = (float(part) for part in text.split(":"))
+            values = np.arange(start, stop + step * 1e-9, step)
+        else:
+            values = np.array([float(part) for part in text.split(",")])
+    except (ValueError, ZeroDivisionError):
+        values = np.empty(0)
+    if not values.size or not np.all(np.isfinite(values)):
+        raise InputError(f"{option} '{text}' holds no numbers; write 0,10,20 or start:stop:step")
+    return values

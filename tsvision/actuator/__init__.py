@@ -1,0 +1,1 @@
+"""What a designer asks of an actuator: onset, limits, statics, candidates."""
