@@ -1,0 +1,92 @@
+"""The account of whole simulated recordings: onsets, phases, and every way to be troubled."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.timeline.series import KNOT_COLUMNS, Plan, simulate, unmeasure
+from tsvision.records import Actuator, Rig
+from tsvision.timeline.account import account
+
+RIG = Rig(actuator=Actuator(twisting_zone_mm=23.2, hole_diameter_mm=0.6))
+
+
+def test_a_clean_recording_gives_all_onsets_at_the_frame_of_the_truth() -> None:
+    series = simulate(Plan(noise=0.0, hide=0.0, false=0.0, nan=0.0))
+    told = account(series.frames, series.knots, RIG)
+    knot = told.onsets["knot_onset"]
+    assert knot.status == "observed"
+    assert knot.turns == series.knot_turns
+    assert knot.low <= series.knot_turns - 1 and knot.high >= series.knot_turns
+    assert told.onsets["overtwist_onset"].turns == pytest.approx(20, abs=1)
+    assert told.onsets["local_overtwist_onset"].turns == pytest.approx(40, abs=1)
+    phase = told.frames["phase"]
+    assert list(dict.fromkeys(phase)) == ["twist", "overtwist", "local_overtwist", "irreversible"]
+
+
+def test_no_knot_is_right_censored_at_the_last_turn() -> None:
+    series = simulate(Plan(knot_turns=()))
+    knot = account(series.frames, series.knots, RIG).onsets["knot_onset"]
+    assert knot.status == "not_observed"
+    assert knot.turns is None and knot.low is None
+    assert knot.last_turns == pytest.approx(70, abs=2)
+
+
+def test_an_empty_knot_table_without_columns_is_no_knot() -> None:
+    series = simulate(Plan(knot_turns=(), false=0.0))
+    told = account(series.frames, pd.DataFrame(), RIG)
+    assert told.onsets["knot_onset"].status == "not_observed"
+
+
+@pytest.mark.parametrize("step", [0.25, 1.0, 2.5])
+def test_onsets_of_noisy_recordings_lie_within_two_frames_or_a_turn(step: float) -> None:
+    errors, held = [], []
+    for seed in range(12):
+        onset = 35.0 + 2.3 * seed
+        plan = Plan(step_turns=step, knot_turns=(onset, onset + 6), seed=seed)
+        series = simulate(plan)
+        knot = account(series.frames, series.knots, RIG).onsets["knot_onset"]
+        assert knot.status == "observed"
+        errors.append(abs(knot.turns - series.knot_turns) / max(1.0, 2 * step))
+        held.append(knot.low <= series.knot_turns <= knot.high)
+    assert np.mean(np.array(errors) <= 1) >= 0.9
+    assert np.mean(held) >= 0.9
+
+
+def test_unmeasured_frames_about_the_onset_leave_it_undetermined() -> None:
+    series = simulate(Plan())
+    turns = series.frames["turns"].to_numpy()
+    frames, knots = unmeasure(series.frames, series.knots, (turns > 25) & (turns < 62))
+    told = account(frames, knots, RIG)
+    assert told.onsets["knot_onset"].status == "undetermined"
+    assert "could not be measured" in told.reasons["knot_onset"]
+
+
+def test_shuffled_frames_with_their_turns_give_the_same_onset_and_say_so() -> None:
+    series = simulate(Plan())
+    mixed = np.random.default_rng(5).permutation(len(series.frames))
+    frames = series.frames.iloc[mixed].reset_index(drop=True)
+    told = account(frames, series.knots, RIG)
+    plain = account(series.frames, series.knots, RIG)
+    assert told.onsets["knot_onset"].turns == plain.onsets["knot_onset"].turns
+    assert any("sorted" in note for note in told.notes)
+
+
+def test_a_recording_that_begins_knotted_is_undetermined() -> None:
+    series = simulate(Plan(nan=0.0), np.arange(60.0, 80.0))
+    told = account(series.frames, series.knots, RIG)
+    assert told.onsets["knot_onset"].status == "undetermined"
+    assert told.onsets["knot_onset"].high == 60.0
+
+
+def test_dirt_that_is_there_from_the_start_is_no_knot_and_is_named() -> None:
+    series = simulate(Plan(knot_turns=(), false=0.0, nan=0.0))
+    rows = [
+        (i, t, 9.0, 0.7, 0.72, 495.0, 270.0, 0.9, 1.0) for i, t in enumerate(series.frames["turns"])
+    ]
+    told = account(series.frames, pd.DataFrame(rows, columns=KNOT_COLUMNS), RIG)
+    assert told.onsets["knot_onset"].status == "not_observed"
+    assert any("no knot" in note for note in told.notes)
+    assert len(told.rejected) == len(rows)

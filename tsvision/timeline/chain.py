@@ -1,0 +1,106 @@
+"""A hidden two-state chain over the frames: is the phase there, frame by frame, and how surely?
+
+States: 0 absent, 1 there, 2 there but hidden from this view. The chain is filtered forward, and
+whole histories are drawn backward from its posterior, so that every question about a history
+(when did it begin and then persist? did it end? how often?) is answered by counting draws, with
+its uncertainty, and an interval needs no formula of its own.
+Reference: Frühwirth-Schnatter 1994, forward filtering, backward sampling.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tsvision.timeline.criteria import Rates
+from tsvision.timeline.order import Order
+
+DRAWS = 2000
+SEED = 20_231
+HIDDEN_SEEN_PENALTY = -3.0  # log chance of seeing, in a frame where it is hidden, what is not it
+
+
+@dataclass(frozen=True)
+class Histories:
+    """`there` (n,) posterior probability that the phase holds; `drawn` (DRAWS, n) bool."""
+
+    there: np.ndarray
+    drawn: np.ndarray
+
+
+def infer(evidence: np.ndarray, order: Order, can_hide: bool, rates: Rates = Rates()) -> Histories:
+    """Histories of one phase from its evidence (n,), given in the order of `order.rows`."""
+    count = len(evidence)
+    if count == 0:
+        return Histories(np.zeros(0), np.zeros((DRAWS, 0), dtype=bool))
+    emission = _emissions(_tempered(evidence, order.wind, rates), can_hide)
+    steps = [_transition(order, i, can_hide, rates) for i in range(count - 1)]
+    forward = _filter(emission, steps, _start(order, rates))
+    drawn = _draw(forward, steps)
+    return Histories(drawn.mean(axis=0), drawn)
+
+
+def _tempered(evidence: np.ndarray, wind: np.ndarray, rates: Rates) -> np.ndarray:
+    """Frames closer together than `independent_turns` show much the same view: they share."""
+    if len(wind) < 3 or not np.isfinite(wind).all():
+        return evidence
+    step = np.abs(np.gradient(wind))
+    return evidence * np.clip(step / rates.independent_turns, 0.1, 1.0)
+
+
+def _emissions(evidence: np.ndarray, can_hide: bool) -> np.ndarray:
+    emission = np.zeros((len(evidence), 3))
+    emission[:, 1] = evidence
+    emission[:, 2] = np.where(evidence > 0, HIDDEN_SEEN_PENALTY, 0.0) if can_hide else -np.inf
+    return np.exp(emission)
+
+
+def _start(order: Order, rates: Rates) -> np.ndarray:
+    """A recording that begins near zero turns begins untwisted; elsewhere it may be under way."""
+    begun = 1.0 - np.exp(-rates.rise_per_turn * max(float(order.wind[0]), 0.0)) + 1e-3
+    begun = begun if np.isfinite(begun) else 0.5
+    return np.array([1.0 - begun, begun, 0.1 * begun])
+
+
+def _transition(order: Order, i: int, can_hide: bool, rates: Rates) -> np.ndarray:
+    step = abs(order.wind[i + 1] - order.wind[i])
+    step = max(step if np.isfinite(step) else 1.0, rates.step_floor_turns)
+    winding = order.direction[i + 1] > 0
+    rise = 1 - np.exp(-step * (rates.rise_per_turn if winding else rates.unwind_rise_per_turn))
+    fall = 1 - np.exp(-step * (rates.fall_per_turn if winding else rates.unwind_fall_per_turn))
+    changing = 1 - np.exp(-step / rates.hidden_turns)
+    hide = rates.hide * changing if can_hide else 0.0
+    reveal = min(changing, rates.reveal_most)
+    late = rates.hidden_at_start if can_hide else 0.0
+    return np.array(
+        [
+            [1 - rise, rise * (1 - late), rise * late],
+            [fall, (1 - fall) * (1 - hide), (1 - fall) * hide],
+            [fall, (1 - fall) * reveal, (1 - fall) * (1 - reveal)],
+        ]
+    )
+
+
+def _filter(emission: np.ndarray, steps: list[np.ndarray], start: np.ndarray) -> np.ndarray:
+    forward = np.empty_like(emission)
+    belief = start * emission[0]
+    forward[0] = belief / belief.sum()
+    for i, step in enumerate(steps):
+        belief = (forward[i] @ step) * emission[i + 1]
+        forward[i + 1] = belief / belief.sum()
+    return forward
+
+
+def _draw(forward: np.ndarray, steps: list[np.ndarray]) -> np.ndarray:
+    """(DRAWS, n) whether the phase holds, in histories drawn from the joint posterior."""
+    random = np.random.default_rng(SEED).random((len(forward), DRAWS))
+    state = np.searchsorted(np.cumsum(forward[-1]), random[-1]).clip(0, 2)
+    drawn = np.empty((DRAWS, len(forward)), dtype=bool)
+    drawn[:, -1] = state > 0
+    for i in range(len(steps) - 1, -1, -1):
+        weight = np.cumsum(forward[i][:, None] * steps[i], axis=0)
+        bound = (weight / np.maximum(weight[-1], 1e-300))[:, state]
+        state = (random[i] > bound[0]).astype(int) + (random[i] > bound[1])
+        drawn[:, i] = state > 0
+    return drawn

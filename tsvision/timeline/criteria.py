@@ -1,0 +1,55 @@
+"""What counts as which phase, and how long it must last: every number settable in one place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+PHASES = ("twist", "overtwist", "local_overtwist", "knotted", "irreversible")
+"""Phases in rising order; each holds what the ones before it hold, but more."""
+
+LEVEL_OF_ONSET = {
+    "overtwist_onset": 1,
+    "local_overtwist_onset": 2,
+    "knot_onset": 3,
+    "irreversible_onset": 4,
+}
+"""Which phase, as an index into PHASES, an onset is the beginning of."""
+
+
+@dataclass(frozen=True)
+class Criteria:
+    """The definitions of the phases and of persistence.
+
+    `coil_ratio`: A / D from which the bundle counts as coiled. `unevenness`: coefficient of
+    variation of E(s) from which coiling counts as local. `knot_ratio`: largest E / D of a knot.
+    A phase has begun when it holds for `persist_frames` frames and `persist_turns` turns, or to
+    the end of the winding. `level`: probability mass of every interval.
+    """
+
+    coil_ratio: float = 0.05
+    unevenness: float = 0.08
+    knot_ratio: float = 1.40
+    persist_frames: int = 3
+    persist_turns: float = 2.0
+    level: float = 0.95
+
+
+@dataclass(frozen=True)
+class Rates:
+    """How readily the hidden state changes, per turn; the answer hardly depends on them.
+
+    A phase begins about once in a winding and seldom ends before the unwinding, where it is the
+    other way round. A knot can hide behind the bundle in one view: such a spell lasts a fraction
+    of a turn, or a frame or two where frames are turns apart.
+    """
+
+    rise_per_turn: float = 0.02
+    fall_per_turn: float = 0.002
+    unwind_rise_per_turn: float = 0.001
+    unwind_fall_per_turn: float = 0.03
+    hide: float = 0.03
+    hidden_at_start: float = 0.10
+    hidden_turns: float = 0.7
+    reveal_most: float = 0.6
+    step_floor_turns: float = 0.02
+    independent_turns: float = 0.2

@@ -1,0 +1,117 @@
+"""How strongly each frame speaks for or against a phase, as a log-likelihood ratio.
+
+A frame that was not measured says nothing (0). No single frame may say more than `MOST`: a flash,
+a passing cable or a slip of the edge finder can make any one frame wrong.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from scipy.stats import norm
+
+from tsvision.timeline.criteria import Criteria
+from tsvision.timeline.order import numbers
+
+MOST = 4.0
+DEAD_FLAGS = ("UNREADABLE", "WRONG_SIZE", "BLANK", "NO_BUNDLE")
+ENVELOPE_NOISE = 0.06  # relative error of E / D read from one view
+DIAMETER_NOISE = 0.04  # relative error of a knot's largest diameter in one view
+CONFIDENCE_IF_UNKNOWN = 0.95
+
+
+def measured(frames: pd.DataFrame) -> np.ndarray:
+    """(n,) True where the picture could be measured at all and its knots were counted."""
+    flags = frames["flags"].fillna("").astype(str) if "flags" in frames else None
+    good = np.isfinite(numbers(frames, "knot_count"))
+    for name in DEAD_FLAGS:
+        if flags is not None:
+            good &= ~flags.str.contains(name, regex=False).to_numpy(dtype=bool)
+    return good
+
+
+def threshold_evidence(values: np.ndarray, threshold: float, floor: float) -> np.ndarray:
+    """(n,) evidence that a noisy series lies above `threshold`; its noise is read from itself.
+
+    The noise is the larger of `floor` and the robust spread of the series about its own
+    neighbours, taken locally, since it grows with coiling.
+    """
+    noise = np.maximum(local_noise(values), floor)
+    above = norm.cdf((values - threshold) / noise)
+    slack = np.exp(-MOST)
+    ratio = np.log((above + slack) / (1.0 - above + slack))
+    return np.where(np.isfinite(values), ratio, 0.0)
+
+
+def local_noise(values: np.ndarray, window: int = 15) -> np.ndarray:
+    """(n,) standard deviation of single values from second differences, robust and local."""
+    good = np.flatnonzero(np.isfinite(values))
+    noise = np.zeros(len(values))
+    if len(good) < 5:
+        return noise
+    bend = np.abs(np.diff(values[good], n=2)) / np.sqrt(6.0)
+    padded = np.concatenate([bend[:1], bend, bend[-1:]])
+    spread = 1.4826 * pd.Series(padded).rolling(window, center=True, min_periods=3).median()
+    noise[good] = spread.to_numpy()
+    return noise
+
+
+def ratio_of(frames: pd.DataFrame, name: str) -> np.ndarray:
+    """(n,) a length over the frame's own D, in mm, or in px where no scale is known."""
+    diameter = numbers(frames, "diameter_mm")
+    diameter = np.where(np.isfinite(diameter), diameter, np.nan)
+    in_mm = numbers(frames, f"{name}_mm") / diameter
+    in_px = numbers(frames, f"{name}_px") / numbers(frames, "diameter_px")
+    return np.where(np.isfinite(in_mm), in_mm, in_px)
+
+
+def coil_evidence(frames: pd.DataFrame, criteria: Criteria) -> np.ndarray:
+    """(n,) for A ≥ coil_ratio · D; D is steady beside the separator, so its median is used."""
+    ratio = steady_ratio(frames, "coil_amplitude")
+    return threshold_evidence(ratio, criteria.coil_ratio, floor=0.004)
+
+
+def steady_ratio(frames: pd.DataFrame, name: str, window: int = 9) -> np.ndarray:
+    """(n,) as `ratio_of`, with D taken as a running median over the frames around."""
+    plain = ratio_of(frames, name)
+    for unit in ("mm", "px"):
+        length, diameter = numbers(frames, f"{name}_{unit}"), numbers(frames, f"diameter_{unit}")
+        if np.isfinite(length).any() and np.isfinite(diameter).any():
+            middle = pd.Series(diameter).rolling(window, center=True, min_periods=1).median()
+            return length / middle.to_numpy()
+    return plain
+
+
+def uneven_evidence(frames: pd.DataFrame, criteria: Criteria) -> np.ndarray:
+    """(n,) for unevenness ≥ its threshold."""
+    return threshold_evidence(numbers(frames, "unevenness"), criteria.unevenness, floor=0.004)
+
+
+def knot_evidence(frames: pd.DataFrame, certainty: np.ndarray, criteria: Criteria) -> np.ndarray:
+    """(n,) for at least one knot. `certainty` (n,): that what was seen is a knot; NaN: nothing
+    was seen. Seeing nothing is evidence against, the weaker the nearer the largest envelope
+    comes to the criterion."""
+    seen = np.isfinite(certainty)
+    chance = np.clip(np.where(seen, certainty, 0.5), 0.02, 0.98)
+    speaks_for = np.log(chance / (1.0 - chance))
+    margin = (ratio_of(frames, "max_envelope") - criteria.knot_ratio) / ENVELOPE_NOISE
+    miss = np.clip(norm.cdf(np.where(np.isfinite(margin), margin, -9.0)), 0.03, 0.8)
+    result = np.where(seen, speaks_for, np.log(miss))
+    return np.where(measured(frames), np.clip(result, -MOST, MOST), 0.0)
+
+
+def larger_evidence(
+    frames: pd.DataFrame, certainty: np.ndarray, largest_mm: np.ndarray, hole_mm: float
+) -> np.ndarray:
+    """(n,) for a knot larger than the separator's hole; all 0 where the hole is not known."""
+    if not np.isfinite(hole_mm):
+        return np.zeros(len(frames))
+    seen = np.isfinite(certainty) & np.isfinite(largest_mm)
+    size = np.where(seen, largest_mm, hole_mm)
+    larger = norm.cdf((size - hole_mm) / (DIAMETER_NOISE * size))
+    chance = np.clip(np.where(seen, certainty, 0.0), 0.02, 0.98)
+    ratio = np.log(chance * larger + (1 - chance) * 0.5 + np.exp(-MOST)) - np.log(
+        chance * (1 - larger) + (1 - chance) * 0.5 + np.exp(-MOST)
+    )
+    result = np.where(seen, ratio, np.log(0.03))
+    return np.where(measured(frames), np.clip(result, -MOST, MOST), 0.0)

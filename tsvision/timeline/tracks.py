@@ -1,0 +1,293 @@
+"""Knots keep their identity: sightings of neighbouring frames joined into tracks.
+
+Lengths are compared in units of the bundle's D, so that recordings without a scale are tracked
+just the same. Each track predicts where its knot will be (knots drift as string is drawn in, and
+all by much the same amount, and a bumped camera moves all at once); sightings are assigned to
+predictions at the least total cost. A track outlives a few frames without a sighting. A sighting
+that nothing before or after supports is not a knot, and says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+from scipy.optimize import linear_sum_assignment
+
+from tsvision.timeline.evidence import CONFIDENCE_IF_UNKNOWN, measured
+from tsvision.timeline.order import Order, numbers
+
+GAP_FRAMES = 3  # a track outlives this many measured frames without a sighting
+GATE_D = 2.0  # how far from its prediction a knot may turn up, in D, beside half its length
+GATE_D_PER_TURN = 0.25
+MISS_COST = 1.5  # log-odds that a frame without a sighting takes from a track
+CONFIRMED = 2.5  # log-odds from which a track counts
+ARTEFACT_TURNS = 5.0  # what stands out from below this turn count on, and stays as it is …
+ARTEFACT_GROWTH = 0.15  # … within this share, is dirt on the string and no knot
+
+
+@dataclass
+class Track:
+    """One knot over time. `steps` (places in time order), `rows` (rows of the knot table)."""
+
+    number: int
+    steps: list[int] = field(default_factory=list)
+    rows: list[int] = field(default_factory=list)
+    places: list[float] = field(default_factory=list)
+    drift: float = 0.0
+    missed: int = 0
+    log_odds: float = 0.0
+    origin: str = "nucleated"
+    end: str = "lasts"
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """`number` (rows of the knot table,) track of each sighting; `tracks` one row a track;
+    `artefact` (rows,) True for what was there all along and is no knot."""
+
+    number: np.ndarray
+    tracks: pd.DataFrame
+    confirmed: np.ndarray
+    artefact: np.ndarray
+
+
+def track_knots(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> Tracking:
+    """Join the sightings in `knots` (columns frame, centre_mm or centre_x_px …) into tracks."""
+    number = np.full(len(knots), -1)
+    place, length = places_in_diameters(frames, knots)
+    odds = _log_odds(knots)
+    rows_at = _rows_of_steps(frames, knots, order)
+    good = measured(frames)[order.rows]
+    live: list[Track] = []
+    done: list[Track] = []
+    for step, rows in enumerate(rows_at):
+        if not good[step] and not len(rows):
+            continue
+        turned = _turned_since(order, live, step)
+        pairs = _assign(live, place[rows], length[rows], turned)
+        _extend(live, pairs, rows, place, odds, step)
+        _start_new(live, done, pairs, rows, place, length, odds, step)
+        live = _retire(live, done, {t for t, _ in pairs}, step)
+    tracks = sorted(done + live, key=lambda t: t.number)
+    for track in tracks:
+        number[track.rows] = track.number
+    table = _describe(tracks, frames, knots, order)
+    return Tracking(number, table, *_verdicts(number, table))
+
+
+def places_in_diameters(frames: pd.DataFrame, knots: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
+    """(rows,) position along the bundle and length of each sighting, in median D."""
+    unit_mm = _median(numbers(frames, "diameter_mm"))
+    unit_px = _median(numbers(frames, "diameter_px"))
+    along_mm = numbers(knots, "centre_mm")
+    if np.isfinite(along_mm).all() and np.isfinite(unit_mm):
+        return along_mm / unit_mm, np.nan_to_num(numbers(knots, "length_mm") / unit_mm, nan=1.5)
+    x0, y0, x1, y1 = (
+        _median(numbers(frames, f"axis_{name}_px")) for name in ("x0", "y0", "x1", "y1")
+    )
+    ux, uy = (x1 - x0, y1 - y0) if np.isfinite([x0, y0, x1, y1]).all() else (1.0, 0.0)
+    norm = float(np.hypot(ux, uy)) or 1.0
+    along_px = (numbers(knots, "centre_x_px") * ux + numbers(knots, "centre_y_px") * uy) / norm
+    unit_px = unit_px if np.isfinite(unit_px) else 20.0
+    return along_px / unit_px, np.full(len(knots), 1.5)
+
+
+def _median(values: np.ndarray) -> float:
+    values = values[np.isfinite(values)]
+    return float(np.median(values)) if len(values) else float("nan")
+
+
+def confidences(knots: pd.DataFrame) -> np.ndarray:
+    """(rows,) the detector's confidence in each sighting, a default where it gave none."""
+    given = numbers(knots, "confidence")
+    return np.clip(np.where(np.isfinite(given), given, CONFIDENCE_IF_UNKNOWN), 0.02, 0.98)
+
+
+def _log_odds(knots: pd.DataFrame) -> np.ndarray:
+    chance = confidences(knots)
+    return np.log(chance / (1 - chance))
+
+
+def _rows_of_steps(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> list[np.ndarray]:
+    names = frames["frame"].to_numpy()[order.rows]
+    of = {}
+    if len(knots):
+        of = {name: np.asarray(rows) for name, rows in knots.groupby("frame").indices.items()}
+    return [of.get(name, np.zeros(0, dtype=int)) for name in names]
+
+
+def _turned_since(order: Order, live: list[Track], step: int) -> np.ndarray:
+    return np.array([abs(order.wind[step] - order.wind[t.steps[-1]]) for t in live])
+
+
+def _assign(
+    live: list[Track], place: np.ndarray, length: np.ndarray, turned: np.ndarray
+) -> list[tuple[int, int]]:
+    """Pairs (live track, sighting) at the least total distance, within the gate."""
+    if not live or not len(place):
+        return []
+    turned = np.nan_to_num(turned, nan=1.0)
+    predicted = np.array([t.places[-1] for t in live]) + turned * [t.drift for t in live]
+    gate = GATE_D + 0.5 * length[None, :] + np.minimum(GATE_D_PER_TURN * turned, 2.0)[:, None]
+    shift = _common_shift(predicted, place, gate)
+    distance = np.abs(predicted[:, None] + shift - place[None, :]) / gate
+    rows, columns = linear_sum_assignment(np.minimum(distance, 10.0))
+    return [(int(r), int(c)) for r, c in zip(rows, columns, strict=True) if distance[r, c] <= 1]
+
+
+def _common_shift(predicted: np.ndarray, place: np.ndarray, gate: np.ndarray) -> float:
+    """A move that all knots share (a bumped camera), where two or more of them show the same."""
+    if len(predicted) < 2 or len(predicted) != len(place):
+        return 0.0
+    moves = np.sort(place) - np.sort(predicted)
+    alike = np.ptp(moves) < 1.0
+    return float(np.median(moves)) if alike and np.abs(moves).min() > 0.5 * gate.min() else 0.0
+
+
+def _extend(
+    live: list[Track],
+    pairs: list[tuple[int, int]],
+    rows: np.ndarray,
+    place: np.ndarray,
+    odds: np.ndarray,
+    step: int,
+) -> None:
+    matched = dict(pairs)
+    for i, track in enumerate(live):
+        if i not in matched:
+            track.missed += 1
+            continue
+        row = int(rows[matched[i]])
+        moved = place[row] - track.places[-1]
+        track.drift = 0.7 * track.drift + 0.3 * float(np.clip(moved, -1.0, 1.0)) * 0.5
+        track.log_odds += float(odds[row]) - MISS_COST * track.missed
+        track.missed = 0
+        track.steps.append(step)
+        track.rows.append(row)
+        track.places.append(float(place[row]))
+
+
+def _start_new(
+    live: list[Track],
+    done: list[Track],
+    pairs: list[tuple[int, int]],
+    rows: np.ndarray,
+    place: np.ndarray,
+    length: np.ndarray,
+    odds: np.ndarray,
+    step: int,
+) -> None:
+    taken = {sighting for _, sighting in pairs}
+    older = [t for t in live if len(t.steps) > 1 and t.steps[-1] == step]
+    for i, row in enumerate(rows):
+        if i in taken:
+            continue
+        near = [t for t in older if abs(t.places[-1] - place[row]) < 1.0 + 0.5 * length[i]]
+        origin = f"split from {near[0].number}" if near else "nucleated"
+        new = Track(len(live) + len(done), [step], [int(row)], [float(place[row])])
+        new.log_odds, new.origin = float(odds[row]), origin
+        live.append(new)
+
+
+def _retire(live: list[Track], done: list[Track], matched: set[int], step: int) -> list[Track]:
+    """Close tracks that stayed unseen; where another knot now lies, they merged into it."""
+    kept: list[Track] = []
+    for track in live:
+        if track.missed <= GAP_FRAMES:
+            kept.append(track)
+            continue
+        near = [t for t in live if t.missed == 0 and abs(t.places[-1] - track.places[-1]) < GATE_D]
+        track.end = f"merged into {near[0].number}" if near else "vanished"
+        done.append(track)
+    return kept
+
+
+def _describe(
+    tracks: list[Track], frames: pd.DataFrame, knots: pd.DataFrame, order: Order
+) -> pd.DataFrame:
+    names = frames["frame"].to_numpy()[order.rows]
+    size = numbers(knots, "max_diameter_mm")
+    centre = numbers(knots, "centre_mm")
+    last_step = len(order.rows) - 1
+    rows = []
+    for track in tracks:
+        sizes = size[track.rows]
+        ends_open = last_step - track.steps[-1] <= GAP_FRAMES
+        rows.append(
+            {
+                "track": track.number,
+                "first_frame": int(names[track.steps[0]]),
+                "last_frame": int(names[track.steps[-1]]),
+                "first_turns": order.sign * order.wind[track.steps[0]],
+                "last_turns": order.sign * order.wind[track.steps[-1]],
+                "sightings": len(track.rows),
+                "first_centre_mm": centre[track.rows[0]],
+                "last_centre_mm": centre[track.rows[-1]],
+                "max_diameter_mm": _largest(sizes),
+                "growth": _growth(sizes),
+                "confidence": 1 / (1 + np.exp(-np.clip(track.log_odds, -30, 30))),
+                "confirmed": bool(track.log_odds >= CONFIRMED),
+                "artefact": _is_artefact(track, sizes, order),
+                "origin": track.origin,
+                "end": "lasts" if ends_open else track.end,
+            }
+        )
+    return pd.DataFrame(rows, columns=TRACK_COLUMNS)
+
+
+TRACK_COLUMNS = [
+    "track",
+    "first_frame",
+    "last_frame",
+    "first_turns",
+    "last_turns",
+    "sightings",
+    "first_centre_mm",
+    "last_centre_mm",
+    "max_diameter_mm",
+    "growth",
+    "confidence",
+    "confirmed",
+    "artefact",
+    "origin",
+    "end",
+]
+
+
+def _largest(sizes: np.ndarray) -> float:
+    """The largest diameter, from the upper quartile's side, so that one slip does not set it."""
+    sizes = sizes[np.isfinite(sizes)]
+    if not len(sizes):
+        return float("nan")
+    smooth = pd.Series(sizes).rolling(3, center=True, min_periods=1).median()
+    return float(smooth.max())
+
+
+def _growth(sizes: np.ndarray) -> float:
+    """Relative change of the diameter from the first to the last third of the sightings."""
+    sizes = sizes[np.isfinite(sizes)]
+    if len(sizes) < 3:
+        return float("nan")
+    third = max(1, len(sizes) // 3)
+    return float(np.median(sizes[-third:]) / np.median(sizes[:third]) - 1.0)
+
+
+def _is_artefact(track: Track, sizes: np.ndarray, order: Order) -> bool:
+    """There from the first frames of a recording that begins untwisted, and never grew."""
+    early = track.steps[0] <= 2 and order.wind[track.steps[0]] < ARTEFACT_TURNS
+    growth = _growth(sizes)
+    steady = not np.isfinite(growth) or abs(growth) < ARTEFACT_GROWTH
+    still = float(np.ptp(track.places)) < GATE_D
+    return bool(early and order.direction[track.steps[0]] > 0 and steady and still)
+
+
+def _verdicts(number: np.ndarray, table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
+    """(rows,) confirmed and (rows,) artefact, from the tracks' verdicts."""
+    confirmed = dict(zip(table["track"], table["confirmed"], strict=True))
+    artefact = dict(zip(table["track"], table["artefact"], strict=True))
+    return (
+        np.array([bool(confirmed.get(t, False)) for t in number], dtype=bool),
+        np.array([bool(artefact.get(t, False)) for t in number], dtype=bool),
+    )
