@@ -47,6 +47,7 @@ class Camera:
     points_px: tuple[tuple[float, float], ...] = ()
     board: str | None = None
     gamma: float = NAN  # exponent that encodes the picture; NaN: assume sRGB-like
+    lens: tuple[float, ...] = ()  # fx, fy, cx, cy, k1, k2, p1, p2, k3; empty: no distortion known
 
 
 @dataclass(frozen=True)

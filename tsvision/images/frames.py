@@ -1,0 +1,126 @@
+"""A recording from a folder, a glob, a list of pictures, a multi-page TIFF or a video.
+
+`open_recording` finds the frames and what is known of each; `iter_frames` decodes them, one at a
+time, in order. A picture that cannot be decoded keeps its place with `pixels=None`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tsvision.errors import InputError
+from tsvision.images.frames_ahead import ahead as decode_ahead
+from tsvision.images.frames_find import Found, find_frames
+from tsvision.images.frames_picture import Unreadable, read_picture, split_page
+from tsvision.images.frames_video import index_video, iter_video
+from tsvision.images.turns import beside, names_in, read_turns
+from tsvision.records import Frame, Recording, Rig
+
+
+def open_recording(
+    source: str | Path | Sequence[str | Path],
+    rig: Rig = Rig(),  # noqa: B008 - frozen
+    turns_file: str | Path | None = None,
+    turns_per_frame: float | None = None,
+    turns_from_name: str | None = None,
+) -> Recording:
+    """Find the frames of `source` and the motor turns of each; no picture is decoded here.
+
+    Turns come from `turns_file`, else a `turns.csv` beside the frames; `turns_per_frame` (turns
+    are that times the frame's number) or `turns_from_name` (a regular expression with one group)
+    win over it. Raises InputError on an empty source and on turns that are ambiguous.
+    """
+    table = Path(turns_file) if turns_file is not None else beside(_first(source))
+    found = find_frames(source, names_in(table) if table is not None else None)
+    if table is None and found.kind == "folder":
+        table = beside(found.source)
+    files, time_s = found.files, None
+    if found.kind == "video":
+        index = index_video(found.source)
+        files = tuple(f"{found.source.name}#{i}" for i in range(index.count))
+        time_s = index.time_s
+    columns = read_turns(
+        table, files, turns_per_frame, turns_from_name, single=_is_single(source, found)
+    )
+    if time_s is not None and not np.isfinite(columns.time_s).any():
+        columns = replace(columns, time_s=time_s)
+    return Recording(
+        source=found.source,
+        kind=found.kind,
+        files=files,
+        turns=columns.turns,
+        time_s=columns.time_s,
+        displacement_mm=columns.displacement_mm,
+        load_N=columns.load_N,
+        cycle=columns.cycle,
+        rig=rig,
+        notes=found.notes + columns.notes,
+    )
+
+
+def iter_frames(
+    recording: Recording,
+    start: int = 0,
+    stop: int | None = None,
+    color: bool = True,
+    ahead: int = 3,
+    threads: int = 0,
+) -> Iterator[Frame]:
+    """Frames start..stop-1 in order, each file one Frame, `index` counted from the recording's
+    first frame.
+
+    `color=False` gives luma only (the Y plane of a video, taken as it is, which is the fastest).
+    `ahead` frames are decoded in advance in a thread (0: none); `threads` is the video decoder's
+    own number of threads (0: its choice). Undecodable frames come with `pixels=None`.
+    """
+    total = len(recording.files)
+    stop = total if stop is None else min(stop, total)
+    if not 0 <= start <= stop:
+        raise InputError(f"frames {start}:{stop}: outside the recording's {total} frames")
+
+    def make() -> Iterator[Frame]:
+        if recording.kind == "video":
+            return iter_video(recording.source, recording.files, start, stop, color, threads)
+        return _iter_pictures(recording, start, stop, color)
+
+    yield from decode_ahead(make, ahead)
+
+
+def path_of(recording: Recording, index: int) -> Path:
+    """The file that holds a frame."""
+    if recording.kind != "folder":
+        return recording.source
+    return recording.source / split_page(recording.files[index])[0]
+
+
+def input_files(recording: Recording) -> tuple[Path, ...]:
+    """Every file that the frames come from, each once, in order."""
+    return tuple(dict.fromkeys(path_of(recording, i) for i in range(len(recording.files))))
+
+
+def _iter_pictures(recording: Recording, start: int, stop: int, color: bool) -> Iterator[Frame]:
+    for index in range(start, stop):
+        name = recording.files[index]
+        try:
+            pixels = read_picture(path_of(recording, index), split_page(name)[1], color)
+        except Unreadable as problem:
+            yield Frame(index, name, None, str(problem))
+        else:
+            yield Frame(index, name, pixels)
+
+
+def _first(source: str | Path | Sequence[str | Path]) -> Path:
+    if isinstance(source, str | Path):
+        return Path(source)
+    if not source:
+        raise InputError("no file was named; name a folder, a glob, a video or pictures")
+    return Path(source[0])
+
+
+def _is_single(source: object, found: Found) -> bool:
+    """Whether one picture was named out of a folder whose table may speak of all its pictures."""
+    return found.kind == "folder" and len(found.files) == 1 and not Path(str(source)).is_dir()
