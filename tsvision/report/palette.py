@@ -15,7 +15,7 @@ PURPLE = "#CC79A7"
 GREY = "#999999"
 
 EDGES = SKY
-ENVELOPE = YELLOW
+ENVELOPE = ORANGE
 AXIS = GREY
 NEAR_REGION = GREEN
 KNOTS = VERMILLION
@@ -24,7 +24,7 @@ SEPARATOR = PURPLE
 PHASES: dict[str, str] = {
     "twist": BLUE,
     "overtwist": GREEN,
-    "local_overtwist": ORANGE,
+    "local_overtwist": YELLOW,
     "knotted": VERMILLION,
     "irreversible": PURPLE,
 }

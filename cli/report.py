@@ -1,0 +1,72 @@
+"""`tsvision report DIR [DIR …]`: one page a recording, and one over many."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from tsvision.errors import InputError
+
+
+def command(
+    folders: Annotated[
+        list[Path], typer.Argument(metavar="DIR...", help="Folders that `tsvision measure` wrote.")
+    ],
+    recording: Annotated[
+        Path | None,
+        typer.Option(help="The frames (one DIR only); else where the summary says they were."),
+    ] = None,
+    verdict: Annotated[
+        Path | None, typer.Option(help="JSON of `tsvision diagnose` (one DIR only).")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Page over many recordings (default: overview.html).")
+    ] = None,
+) -> None:
+    """Write report.html into each measured folder; with several also one page over all."""
+    from tsvision.report.page import write_report
+
+    if len(folders) > 1 and (recording or verdict):
+        raise InputError("--recording and --verdict go with one DIR; give them one at a time")
+    answer = _read_verdict(verdict) if verdict else None
+    for folder in folders:
+        found = _recording(folder, recording)
+        print(write_report(folder, found, answer or _own_verdict(folder)))
+    if len(folders) > 1:
+        from tsvision.report.many import write_overview
+
+        print(write_overview(folders, out or Path("overview.html")))
+
+
+def _recording(folder: Path, given: Path | None) -> Any:
+    """The recording to take pictures from; None, with a word on stderr, when it is gone."""
+    from tsvision.images.frames import open_recording
+    from tsvision.report.measured import source_of
+
+    source = given or source_of(folder)
+    if source is None:
+        print(f"{folder}: the frames were not found; the page has none", file=sys.stderr)
+        return None
+    return open_recording(source)
+
+
+def _own_verdict(folder: Path) -> dict[str, Any] | None:
+    path = folder / "verdict.json"
+    return _read_verdict(path) if path.is_file() else None
+
+
+def _read_verdict(path: Path) -> dict[str, Any]:
+    try:
+        value = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as problem:
+        raise InputError(
+            f"{path}: no verdict ({problem.__class__.__name__}); give the JSON that "
+            "`tsvision diagnose --json` prints"
+        ) from None
+    if not isinstance(value, dict):
+        raise InputError(f"{path}: a verdict is one JSON object; give `tsvision diagnose --json`'s")
+    return value

@@ -1,0 +1,196 @@
+"use strict";
+// A small plot: axes with names and units, lines, bands, marks. Numbers that are null are gaps.
+const SVG = "http://www.w3.org/2000/svg";
+
+function svg(name, attributes, parent) {
+  const node = document.createElementNS(SVG, name);
+  for (const key in attributes) node.setAttribute(key, attributes[key]);
+  if (parent) parent.appendChild(node);
+  return node;
+}
+
+function html(name, attributes, parent, text) {
+  const node = document.createElement(name);
+  for (const key in attributes || {}) node.setAttribute(key, attributes[key]);
+  if (text !== undefined) node.textContent = text;
+  if (parent) parent.appendChild(node);
+  return node;
+}
+
+const known = (v) => v !== null && v !== undefined && Number.isFinite(v);
+
+function span(...lists) {
+  let low = Infinity, high = -Infinity;
+  for (const list of lists) for (const v of list) if (known(v)) { low = Math.min(low, v); high = Math.max(high, v); }
+  if (low > high) return [0, 1];
+  if (low === high) { const room = Math.abs(low) * 0.1 || 0.5; return [low - room, high + room]; }
+  const room = (high - low) * 0.06;
+  return [low - room, high + room];
+}
+
+function ticks(low, high, about) {
+  const raw = (high - low) / Math.max(about, 1), power = 10 ** Math.floor(Math.log10(raw));
+  const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw * 0.999);
+  const out = [];
+  for (let v = Math.ceil(low / step - 1e-9) * step; v <= high + step * 1e-9; v += step) out.push(v);
+  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  return out.map((v) => [v, v.toFixed(digits).replace(/^-0(\.0*)?$/, "0$1").replace("-", "\u2212")]);
+}
+
+class Plot {
+  // spec: {name, x: {label, range}, y: {label, range}, height, layers: [...], pick: f(x)}
+  constructor(host, spec) {
+    this.host = host;
+    this.spec = spec;
+    this.marked = null;
+    this.root = svg("svg", { role: "img", "aria-label": spec.name });
+    host.appendChild(this.root);
+    this.draw();
+    let width = host.clientWidth;
+    new ResizeObserver(() => {
+      if (Math.abs(host.clientWidth - width) > 1) { width = host.clientWidth; this.draw(); }
+    }).observe(host);
+  }
+
+  draw() {
+    const { spec, root } = this;
+    root.replaceChildren();
+    this.width = Math.max(260, this.host.clientWidth || 640);
+    this.height = spec.height || 250;
+    const yTicks = ticks(...spec.y.range, this.height / 45);
+    const widest = Math.max(...yTicks.map((t) => t[1].length), 2);
+    this.box = { left: 30 + 7 * widest, right: this.width - 12, top: 24, bottom: this.height - 40 };
+    root.setAttribute("viewBox", `0 0 ${this.width} ${this.height}`);
+    this.clip = `clip-${Plot.count = (Plot.count || 0) + 1}`;
+    const clip = svg("clipPath", { id: this.clip }, svg("defs", {}, root));
+    const { left, right, top, bottom } = this.box;
+    svg("rect", { x: left, y: top, width: right - left, height: bottom - top }, clip);
+    this.under = svg("g", { "clip-path": `url(#${this.clip})` }, root);
+    this.drawAxes(yTicks);
+    this.inside = svg("g", { "clip-path": `url(#${this.clip})` }, root);
+    for (const layer of spec.layers || []) this["layer_" + layer.kind](layer);
+    this.markGroup = svg("g", {}, root);
+    if (spec.pick) this.drawPick();
+    if (this.marked) this.mark(...this.marked);
+  }
+
+  px(x) { const [a, b] = this.spec.x.range; return this.box.left + ((x - a) / (b - a)) * (this.box.right - this.box.left); }
+  py(y) { const [a, b] = this.spec.y.range; return this.box.bottom - ((y - a) / (b - a)) * (this.box.bottom - this.box.top); }
+
+  drawAxes(yTicks) {
+    const { left, right, top, bottom } = this.box, root = this.root;
+    for (const [v, text] of yTicks) {
+      const y = this.py(v);
+      svg("line", { x1: left, x2: right, y1: y, y2: y, class: "grid" }, root);
+      svg("text", { x: left - 6, y: y + 4, "text-anchor": "end" }, root).textContent = text;
+    }
+    for (const [v, text] of ticks(...this.spec.x.range, (right - left) / 80)) {
+      const x = this.px(v);
+      svg("line", { x1: x, x2: x, y1: bottom, y2: bottom + 5, class: "frame" }, root);
+      svg("text", { x, y: bottom + 18, "text-anchor": "middle" }, root).textContent = text;
+    }
+    svg("rect", { x: left, y: top, width: right - left, height: bottom - top, class: "frame" }, root);
+    svg("text", { x: (left + right) / 2, y: this.height - 5, "text-anchor": "middle", class: "soft" }, root).textContent = this.spec.x.label;
+    svg("text", { x: 4, y: 14, class: "soft" }, root).textContent = this.spec.y.label;
+  }
+
+  drawPick() {
+    const { left, right, top, bottom } = this.box;
+    const area = svg("rect", { x: left, y: top, width: right - left, height: bottom - top, fill: "transparent", class: "pick" }, this.root);
+    const at = (event) => {
+      const where = this.root.getBoundingClientRect();
+      const x = ((event.clientX - where.left) / where.width) * this.width;
+      const [a, b] = this.spec.x.range;
+      this.spec.pick(a + ((x - left) / (right - left)) * (b - a));
+    };
+    area.addEventListener("pointerdown", at);
+    area.addEventListener("pointermove", (event) => { if (event.buttons) at(event); });
+  }
+
+  // A vertical line at x, and rings at the points [[x, y, colour], ...].
+  mark(x, points) {
+    this.marked = [x, points];
+    this.markGroup.replaceChildren();
+    if (known(x)) {
+      const at = this.px(x);
+      svg("line", { x1: at, x2: at, y1: this.box.top, y2: this.box.bottom, stroke: "var(--mark)", "stroke-width": 1.5, class: "now", "pointer-events": "none" }, this.markGroup);
+    }
+    for (const [px, py, colour] of points || [])
+      if (known(px) && known(py))
+        svg("circle", { cx: this.px(px), cy: this.py(py), r: 6, fill: "none", stroke: colour || "var(--mark)", "stroke-width": 2.5, "pointer-events": "none" }, this.markGroup);
+  }
+
+  layer_bands({ bands, opacity }) {
+    const { top, bottom } = this.box;
+    for (const [a, b, colour, name] of bands) {
+      if (!known(a) || !known(b)) continue;
+      const x = this.px(a), width = Math.max(0.5, this.px(b) - x);
+      const place = { x, width, fill: colour };
+      const rect = svg("rect", { ...place, y: top, height: bottom - top, style: `fill-opacity:${opacity || "var(--band)"}` }, this.under);
+      svg("title", {}, rect).textContent = name;
+      if (!opacity) svg("rect", { ...place, y: top, height: 5 }, this.under);
+    }
+  }
+
+  layer_line({ x, y, colour, dash, wide }) {
+    let d = "", pen = false;
+    x.forEach((v, i) => {
+      if (!known(v) || !known(y[i])) { pen = false; return; }
+      d += `${pen ? "L" : "M"}${this.px(v).toFixed(1)} ${this.py(y[i]).toFixed(1)}`;
+      pen = true;
+    });
+    svg("path", { d, fill: "none", stroke: colour, "stroke-width": wide || 1.8, "stroke-dasharray": dash || "", "stroke-linejoin": "round" }, this.inside);
+  }
+
+  layer_ribbon({ x, y, sd, colour }) {
+    x.forEach((v, i) => {
+      if (!known(v) || !known(y[i]) || !known(sd[i])) return;
+      const at = this.px(v), low = this.py(y[i] - 2 * sd[i]), high = this.py(y[i] + 2 * sd[i]);
+      svg("line", { x1: at, x2: at, y1: low, y2: high, stroke: colour, "stroke-width": 1.2, opacity: 0.65 }, this.inside);
+    });
+  }
+
+  layer_points({ x, y, colour, hollow, square }) {
+    const r = x.length > 300 ? 1.6 : 3;
+    x.forEach((v, i) => {
+      if (!known(v) || !known(y[i])) return;
+      const look = { fill: hollow && hollow[i] ? "var(--panel)" : colour, stroke: colour, "stroke-width": 1.5 };
+      const cx = this.px(v), cy = this.py(y[i]);
+      if (square) svg("rect", { x: cx - r, y: cy - r, width: 2 * r, height: 2 * r, ...look }, this.inside);
+      else svg("circle", { cx, cy, r, ...look }, this.inside);
+    });
+  }
+
+  layer_level({ y, label, colour, dash, below }) {
+    if (!known(y)) return;
+    const at = this.py(y), { left, right } = this.box;
+    svg("line", { x1: left, x2: right, y1: at, y2: at, stroke: colour, "stroke-dasharray": dash || "6 4" }, this.inside);
+    svg("text", { x: right - 5, y: below ? at + 13 : at - 4, "text-anchor": "end", class: "soft halo" }, this.inside).textContent = label;
+  }
+
+  // An onset: a triangle on the lower border, its interval as a bar.
+  layer_onset({ turns, low, high, colour, name, row }) {
+    const y = this.box.bottom - 5 - 9 * (row || 0);
+    const group = svg("g", {}, this.inside);
+    svg("title", {}, group).textContent = name;
+    if (known(low) && known(high)) svg("line", { x1: this.px(low), x2: this.px(high), y1: y, y2: y, stroke: colour, "stroke-width": 4, "stroke-linecap": "round", opacity: 0.75 }, group);
+    if (known(turns)) {
+      const x = this.px(turns);
+      svg("path", { d: `M${x - 5} ${y + 5}h10l-5 -10z`, fill: colour, stroke: "var(--panel)" }, group);
+    }
+  }
+
+  layer_image({ href, x, y }) {
+    const left = this.px(x[0]), top = this.py(y[1]);
+    svg("image", { href, x: left, y: top, width: this.px(x[1]) - left, height: this.py(y[0]) - top, preserveAspectRatio: "none" }, this.inside);
+  }
+
+  layer_boxes({ boxes, colour }) {
+    for (const [x0, x1, y0, y1, name] of boxes) {
+      const place = { x: this.px(x0), y: this.py(y1), width: Math.max(2, this.px(x1) - this.px(x0)), height: Math.max(2, this.py(y0) - this.py(y1)), fill: "none" };
+      svg("rect", { ...place, stroke: "#000", "stroke-width": 3 }, this.inside);
+      const rect = svg("rect", { ...place, stroke: colour, "stroke-width": 1.5 }, this.inside);
+      svg("title", {}, rect).textContent = name;
+    }
+  }
+}
