@@ -1,0 +1,54 @@
+"""Do the pictures follow the turn counts at all?
+
+Turns given to the wrong frames (a reversed folder, a shuffled table) would give a precise and
+wrong onset. The twist seen in the pictures rises with the turns, whatever else happens; where it
+does not, no onset is told.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from scipy.stats import spearmanr
+
+from tsvision.timeline.chain import Histories
+from tsvision.timeline.order import Order, numbers
+
+RISING = (("turns_seen", 1), ("string_length_mm", 1), ("pitch_px", -1), ("pitch_mm", -1))
+LEAST_FRAMES = 8
+LEAST_TURNS = 5.0
+LEAST_RANK_CORRELATION = 0.4
+MOST_AGAINST = 0.3
+STRONG = 2.0
+
+
+def mismatch(frames: pd.DataFrame, order: Order) -> str:
+    """A reason not to believe the turn counts, or "" where the pictures agree with them."""
+    given = order.known & np.isfinite(order.wind)
+    if given.sum() < 0.5 * len(frames):
+        return f"the turns of {len(frames) - int(given.sum())} of {len(frames)} frames are unknown"
+    for column, sign in RISING:
+        seen = np.abs(numbers(frames, column)[order.rows])
+        both = np.isfinite(seen) & given
+        if both.sum() < LEAST_FRAMES or np.ptp(order.wind[both]) < LEAST_TURNS:
+            continue
+        if np.ptp(seen[both]) <= 0:
+            continue
+        rank = float(spearmanr(order.wind[both], sign * seen[both]).statistic)
+        if rank < LEAST_RANK_CORRELATION:
+            how = "fall" if rank < -LEAST_RANK_CORRELATION else "do not follow"
+            return (
+                f"the pictures' twist ({column}) and the turn counts disagree "
+                f"(the pictures {how} where the turns rise): are the frames in the right order?"
+            )
+        return ""
+    return ""
+
+
+def disorder(histories: Histories, evidence: np.ndarray, seen: np.ndarray) -> float:
+    """Share of the measured frames that speak strongly against what the whole series says."""
+    strong = seen & (np.abs(evidence) >= STRONG)
+    if strong.sum() < LEAST_FRAMES:
+        return 0.0
+    against = (evidence[strong] > 0) != (histories.there[strong] > 0.5)
+    return float(against.mean())

@@ -1,0 +1,87 @@
+"""An account in words for people and in plain values for programs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+
+from tsvision.records import Onset
+from tsvision.timeline.account import Account
+
+NAMES = {
+    "knot_onset": "knot onset",
+    "overtwist_onset": "overtwist onset",
+    "local_overtwist_onset": "local overtwist onset",
+    "irreversible_onset": "irreversible onset",
+}
+
+
+def summary(account: Account) -> dict[str, object]:
+    """The account's part of summary.json: the onsets by name, and `timeline` with the rest."""
+    onsets: dict[str, object] = {
+        name: onset_values(onset, account.reasons.get(name, ""))
+        for name, onset in account.onsets.items()
+    }
+    return onsets | {"timeline": account.extras | {"notes": list(account.notes)}}
+
+
+def onset_values(onset: Onset, reason: str = "") -> dict[str, object]:
+    """One onset as the interface note has it, and the reason where it is not observed."""
+    values = {key: _plain(value) for key, value in asdict(onset).items()}
+    return values | ({"reason": reason} if reason else {})
+
+
+def _plain(value: object) -> object:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def onset_line(name: str, values: dict[str, object]) -> str:
+    """`knot onset: 47.5 turns (95 % 46.3–48.1)`, or why there is none."""
+    label = NAMES.get(name, name)
+    status = values["status"]
+    if status == "observed":
+        return f"{label}: {_turns(values['turns'])} turns ({_interval(values)})"
+    if status == "not_observed":
+        what = "no knot" if name == "knot_onset" else "not reached"
+        return f"{label}: none observed ({what} up to {_turns(values['last_turns'])} turns)"
+    reason = values.get("reason") or "the pictures do not tell"
+    bounds = f" ({_interval(values)})" if values["low"] is not None else ""
+    return f"{label}: undetermined: {reason}{bounds}"
+
+
+def line(name: str, told: dict[str, object]) -> str:
+    """The one line for people, from `summary()` or a summary.json."""
+    parts = [onset_line(name, told[name])]  # type: ignore[arg-type]
+    if name == "knot_onset":
+        parts += _irreversible(told.get("irreversible_onset"))
+        parts += _safe(told.get("timeline"))
+    return "; ".join(parts)
+
+
+def _irreversible(values: object) -> list[str]:
+    if not isinstance(values, dict):
+        return []
+    if values["status"] == "observed":
+        return [f"irreversible from {_turns(values['turns'])}"]
+    if values["status"] == "not_observed":
+        return [f"reversible up to {_turns(values['last_turns'])}"]
+    return [f"irreversible: unknown, {values['reason']}"] if values.get("reason") else []
+
+
+def _safe(timeline: object) -> list[str]:
+    safe = timeline.get("safe") if isinstance(timeline, dict) else None
+    if not isinstance(safe, dict) or safe.get("turns") is None:
+        return []
+    least = "at least " if safe["basis"] == "end_of_recording" else ""
+    if safe.get("contraction_percent") is not None:
+        return [f"largest safe contraction {least}{safe['contraction_percent']:.0f} %"]
+    return [f"largest safe turn count {least}{_turns(safe['turns'])}"]
+
+
+def _interval(values: dict[str, object]) -> str:
+    level = 100 * float(values["level"])  # type: ignore[arg-type]
+    return f"{level:g} % {_turns(values['low'])}–{_turns(values['high'])}"
+
+
+def _turns(value: object) -> str:
+    return "?" if value is None else f"{float(value):.1f}"  # type: ignore[arg-type]
