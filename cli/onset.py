@@ -53,7 +53,7 @@ def command(
         print(json.dumps(onset, indent=2, allow_nan=False))
     else:
         print(line(name, told))
-        for note in told.get("timeline", {}).get("notes", []):
+        for note in told.get("notes", []):
             typer.echo(f"note: {note}", err=True)
     raise typer.Exit(EXIT_CODES[onset["status"]])
 

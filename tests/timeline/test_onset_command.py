@@ -50,7 +50,7 @@ def test_undetermined_exits_with_4_and_says_why(
 ) -> None:
     folder = measured_folder(tmp_path, simulate(Plan(nan=0.97)))
     assert run(["onset", str(folder)]) == 4
-    assert "undetermined: " in capsys.readouterr().out
+    assert "undetermined, " in capsys.readouterr().out
 
 
 def test_another_phase_on_request(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

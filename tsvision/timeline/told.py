@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
+from typing import Any
 
 from tsvision.records import Onset
 from tsvision.timeline.account import Account
@@ -17,60 +18,59 @@ NAMES = {
 
 
 def summary(account: Account) -> dict[str, object]:
-    """The account's part of summary.json: the onsets by name, and `timeline` with the rest."""
-    onsets: dict[str, object] = {
-        name: onset_values(onset, account.reasons.get(name, ""))
-        for name, onset in account.onsets.items()
+    """The account's part of summary.json: the onsets by name, their reasons, and the rest."""
+    onsets: dict[str, object] = {name: onset_values(o) for name, o in account.onsets.items()}
+    return onsets | {
+        "onset_reasons": account.reasons,
+        "notes": list(account.notes),
+        **account.extras,
     }
-    return onsets | {"timeline": account.extras | {"notes": list(account.notes)}}
 
 
-def onset_values(onset: Onset, reason: str = "") -> dict[str, object]:
-    """One onset as the interface note has it, and the reason where it is not observed."""
-    values = {key: _plain(value) for key, value in asdict(onset).items()}
-    return values | ({"reason": reason} if reason else {})
+def onset_values(onset: Onset) -> dict[str, object]:
+    """One onset as the interface note has it; strict JSON holds no NaN."""
+    return {key: _plain(value) for key, value in asdict(onset).items()}
 
 
 def _plain(value: object) -> object:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def onset_line(name: str, values: dict[str, object]) -> str:
+def onset_line(name: str, values: dict[str, object], reason: str = "") -> str:
     """`knot onset: 47.5 turns (95 % 46.3–48.1)`, or why there is none."""
     label = NAMES.get(name, name)
-    status = values["status"]
-    if status == "observed":
+    if values["status"] == "observed":
         return f"{label}: {_turns(values['turns'])} turns ({_interval(values)})"
-    if status == "not_observed":
+    if values["status"] == "not_observed":
         what = "no knot" if name == "knot_onset" else "not reached"
-        return f"{label}: none observed ({what} up to {_turns(values['last_turns'])} turns)"
-    reason = values.get("reason") or "the pictures do not tell"
+        return f"{label}: not observed, {what} up to {_turns(values['last_turns'])} turns"
     bounds = f" ({_interval(values)})" if values["low"] is not None else ""
-    return f"{label}: undetermined: {reason}{bounds}"
+    return f"{label}: undetermined, {reason or 'the pictures do not tell'}{bounds}"
 
 
-def line(name: str, told: dict[str, object]) -> str:
+def line(name: str, told: dict[str, Any]) -> str:
     """The one line for people, from `summary()` or a summary.json."""
-    parts = [onset_line(name, told[name])]  # type: ignore[arg-type]
+    reasons = told.get("onset_reasons", {})
+    parts = [onset_line(name, told[name], reasons.get(name, ""))]
+    if name == "knot_onset" and told[name]["status"] == "observed":
+        way_back = "irreversible_onset"
+        parts += _irreversible(told.get(way_back, {}), reasons.get(way_back, ""))
     if name == "knot_onset":
-        parts += _irreversible(told.get("irreversible_onset"))
-        parts += _safe(told.get("timeline"))
+        parts += _safe(told.get("safe", {}))
     return "; ".join(parts)
 
 
-def _irreversible(values: object) -> list[str]:
-    if not isinstance(values, dict):
-        return []
-    if values["status"] == "observed":
+def _irreversible(values: dict[str, Any], reason: str) -> list[str]:
+    status = values.get("status")
+    if status == "observed":
         return [f"irreversible from {_turns(values['turns'])}"]
-    if values["status"] == "not_observed":
+    if status == "not_observed":
         return [f"reversible up to {_turns(values['last_turns'])}"]
-    return [f"irreversible: unknown, {values['reason']}"] if values.get("reason") else []
+    return [f"whether it is reversible is open: {reason}"] if reason else []
 
 
-def _safe(timeline: object) -> list[str]:
-    safe = timeline.get("safe") if isinstance(timeline, dict) else None
-    if not isinstance(safe, dict) or safe.get("turns") is None:
+def _safe(safe: dict[str, Any]) -> list[str]:
+    if safe.get("turns") is None:
         return []
     least = "at least " if safe["basis"] == "end_of_recording" else ""
     if safe.get("contraction_percent") is not None:
