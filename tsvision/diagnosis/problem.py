@@ -1,0 +1,194 @@
+"""A table made ready for fitting: nuisances, scales, and the prediction of its rows.
+
+Every model, the base too, carries the same nuisances: the inputs' tolerances (radius, zone, hole
+distance, camera scale, and a gain of the torque gauge), and a zero offset per run of the
+displacement. All are Gaussian with known standard deviations, as unit normal numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tsvision.diagnosis.simulate import ONE, observe, run_stages, start_state
+from tsvision.diagnosis.table import Table
+from tsvision.mechanisms.shelf import Parameter, Reference, Simulation
+
+OFFSET_SD_MM = 0.15
+TORQUE_GAIN_SD = 0.03
+# Nothing is read better than this; keeps noise-free (simulated) data from infinite certainty.
+LEAST_NOISE = {
+    "displacement_mm": 0.02,
+    "diameter_mm": 0.001,
+    "helix_angle_deg": 0.05,
+    "hole_distance_mm": 0.005,
+    "twist_turns": 0.01,
+    "torque_Nmm": 0.02,
+}
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What all fits to one table share. `columns` names the nuisances in their order."""
+
+    table: Table
+    reference: Reference
+    radius_group: np.ndarray
+    zone_group: np.ndarray
+    hole_group: np.ndarray
+    columns: tuple[str, ...]
+    offsets: np.ndarray  # (n, R), mm per unit normal number
+    row_scale: np.ndarray  # (n,), relative noise of the rows within an observable
+    noise_known: np.ndarray  # (K,), value_sd's mean where every row has one, else NaN
+    base: str = "constant_radius"
+    rho_mean: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    rho_sd: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def nuisances(self) -> int:
+        return len(self.columns)
+
+    def predict(self, simulation: Simulation, u: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """Rows (B, n) for mechanism parameters u (B, P) in prior units and nuisances z (B, Z)."""
+        values = {
+            key: to_value(p, u[:, i : i + 1], self.reference)
+            for i, (key, p) in enumerate(parameters(simulation))
+        }
+        return self.predict_values(simulation, values, z)
+
+    def predict_values(
+        self, simulation: Simulation, values: dict[str, np.ndarray], z: np.ndarray
+    ) -> np.ndarray:
+        """Rows (B, n) for parameters in their own units, each (B, 1)."""
+        table = self.table
+        state = run_stages(self.state(z), simulation, values)
+        many = max(len(z), 1)
+        seen = np.empty((many, table.rows))
+        for k, name in enumerate(table.observables):
+            rows = np.flatnonzero(table.observable == k)
+            found = observe(state, simulation, name)
+            found = np.broadcast_to(found, (many, len(table.at.turns)))
+            seen[:, rows] = found[:, table.condition[rows]]
+            if name == "torque_Nmm":
+                gain = z[:, self.columns.index("torque_gain")][:, None]
+                seen[:, rows] *= 1.0 + TORQUE_GAIN_SD * gain
+        return seen
+
+    def state(self, z: np.ndarray):
+        """The start state with the inputs moved by their tolerances, z (B, Z)."""
+        at, table = self.table.at, self.table
+        radii, zones, holes = (
+            np.flatnonzero([c.startswith(kind) for c in self.columns])
+            for kind in ("radius", "zone", "hole")
+        )
+        camera = ONE
+        if "camera" in self.columns:
+            camera = 1.0 + table.camera_sd * z[:, self.columns.index("camera")][:, None]
+        return start_state(
+            at,
+            self.reference,
+            radius_mm=at.radius_mm + table.radius_sd_mm * z[:, radii][:, self.radius_group],
+            zone_mm=at.twisting_zone_mm + table.zone_sd_mm * z[:, zones][:, self.zone_group],
+            hole_mm=at.hole_distance_mm + table.hole_sd_mm * z[:, holes][:, self.hole_group],
+            camera=camera,
+        )
+
+
+def prepare(table: Table, base: str = "constant_radius") -> Problem:
+    """Group the inputs (one tolerance per distinct part) and lay out the nuisances."""
+    at = table.at
+    used = np.unique(table.condition)
+    radius_group = _groups(at.radius_mm, at.strings, table.radius_sd_mm)
+    zone_group = _groups(at.twisting_zone_mm, table.zone_sd_mm)
+    hole_group = _groups(at.hole_distance_mm, table.hole_sd_mm)
+    columns = [f"radius{g}" for g in range(radius_group.max() + 1)]
+    columns += [f"zone{g}" for g in range(zone_group.max() + 1)]
+    columns += [f"hole{g}" for g in range(hole_group.max() + 1)]
+    if {"diameter_mm", "hole_distance_mm"} & set(table.observables):
+        columns.append("camera")
+    if "torque_Nmm" in table.observables:
+        columns.append("torque_gain")
+    scale, known = _row_scale(table)
+    return Problem(
+        table=table,
+        reference=Reference.of(at.take(used)),
+        radius_group=radius_group,
+        zone_group=zone_group,
+        hole_group=hole_group,
+        columns=tuple(columns),
+        offsets=_offsets(table),
+        row_scale=scale,
+        noise_known=known,
+        base=base,
+        rho_mean=np.zeros(len(table.observables)),
+        rho_sd=np.full(len(table.observables), 0.3),
+    )
+
+
+def _groups(*columns: np.ndarray) -> np.ndarray:
+    """Index of the distinct combination that each condition belongs to."""
+    joined = np.round(np.column_stack(columns), 9)
+    return np.unique(joined, axis=0, return_inverse=True)[1].reshape(-1)
+
+
+def _offsets(table: Table) -> np.ndarray:
+    """A column per run that has displacements; also covers data zeroed at 0 turns."""
+    if "displacement_mm" not in table.observables:
+        return np.zeros((table.rows, 0))
+    moved = table.observable == table.observables.index("displacement_mm")
+    at = table.at
+    zeroing = np.hypot(at.twisting_zone_mm, at.hole_distance_mm / 2) - at.twisting_zone_mm
+    sd = np.hypot(OFFSET_SD_MM, zeroing)[table.condition]
+    runs = [r for r in range(len(table.runs)) if np.any(moved & (table.run == r))]
+    return np.column_stack([np.where(moved & (table.run == r), sd, 0.0) for r in runs])
+
+
+def _row_scale(table: Table) -> tuple[np.ndarray, np.ndarray]:
+    scale = np.ones(table.rows)
+    known = np.full(len(table.observables), np.nan)
+    for k in range(len(table.observables)):
+        rows = table.observable == k
+        sd = table.value_sd[rows]
+        if rows.any() and np.all(np.isfinite(sd)):
+            known[k] = np.exp(np.mean(np.log(sd)))
+            scale[rows] = sd / known[k]
+    return scale, known
+
+
+# ------------------------------------------------------------------ parameters in prior units
+
+
+def parameters(simulation: Simulation) -> Iterator[tuple[str, Parameter]]:
+    """(key, parameter) of every part, in the order of the parameter vector."""
+    for part in simulation.parts:
+        for parameter in part.shape.parameters:
+            yield part.key(parameter.name), parameter
+
+
+def to_value(p: Parameter, u: np.ndarray, reference: Reference) -> np.ndarray:
+    """Prior units to the parameter's own unit: normal about 0, or a share of the range."""
+    size = getattr(reference, p.of)
+    if p.prior == "normal":
+        return u * (p.typical * size)
+    if p.prior == "uniform":
+        return (p.low + u * (p.high - p.low)) * size
+    return p.low * size * (p.high / p.low) ** u
+
+
+def from_value(p: Parameter, value: float, reference: Reference) -> float:
+    """Inverse of `to_value`."""
+    size = getattr(reference, p.of)
+    if p.prior == "normal":
+        return value / (p.typical * size)
+    if p.prior == "uniform":
+        return (value / size - p.low) / (p.high - p.low)
+    return float(np.log(value / (p.low * size)) / np.log(p.high / p.low))
+
+
+def bounds(p: Parameter) -> tuple[float, float]:
+    """The bounds in prior units."""
+    if p.prior == "normal":
+        return p.low / p.typical, p.high / p.typical
+    return 0.0, 1.0

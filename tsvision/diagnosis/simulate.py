@@ -1,0 +1,92 @@
+"""Run a simulation (base model and parts) under given conditions, many parameter sets at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from tsvision.mechanisms.shelf import STAGES, Conditions, Reference, Simulation, State
+from tsvision.models import MODELS
+from tsvision.units import RAD_PER_TURN
+
+ONE = np.ones((1, 1))
+ZERO = np.zeros((1, 1))
+
+
+def start_state(
+    at: Conditions,
+    reference: Reference,
+    radius_mm: np.ndarray | None = None,
+    zone_mm: np.ndarray | None = None,
+    hole_mm: np.ndarray | None = None,
+    camera: np.ndarray = ONE,
+) -> State:
+    """The actuator as stated, before any mechanism; arrays broadcast to (B, m)."""
+    return State(
+        at=at,
+        reference=reference,
+        alpha_rad=at.turns[None, :] * RAD_PER_TURN,
+        radius_mm=at.radius_mm[None, :] if radius_mm is None else radius_mm,
+        zone_mm=at.twisting_zone_mm[None, :] if zone_mm is None else zone_mm,
+        hole_mm=at.hole_distance_mm[None, :] if hole_mm is None else hole_mm,
+        displacement_mm=ZERO,
+        camera=camera,
+        torque_extra_Nmm=ZERO,
+    )
+
+
+def run_stages(state: State, simulation: Simulation, values: Mapping[str, np.ndarray]) -> State:
+    """Apply every part at its stage and the base model between; returns the final state."""
+    scoped = [
+        (part, {p.name: values[part.key(p.name)] for p in part.shape.parameters})
+        for part in simulation.parts
+    ]
+    for stage in STAGES:
+        if stage == "draw":
+            state = _changed(
+                state, {"displacement_mm": _base(state, simulation, "displacement_mm")}
+            )
+        for part, own in scoped:
+            effect = part.shape.effects.get(stage)
+            if effect is not None:
+                state = _changed(state, effect(state, own))
+    return state
+
+
+def _changed(state: State, fields: Mapping[str, np.ndarray]) -> State:
+    """`dataclasses.replace` without its checks; this is the innermost loop."""
+    new = object.__new__(State)
+    new.__dict__.update(state.__dict__)
+    new.__dict__.update(fields)
+    return new
+
+
+def _base(state: State, simulation: Simulation, what: str) -> np.ndarray:
+    model = MODELS[simulation.base]
+    known = {
+        "twisting_zone_mm": state.zone_mm,
+        "hole_distance_mm": state.hole_mm,
+        "radius_mm": state.radius_mm,
+        "string_diameter_mm": state.at.string_diameter_mm[None, :],
+        "centre_radius_mm": state.radius_mm - state.at.string_diameter_mm[None, :] / 2,
+    }
+    return getattr(model, what)(state.alpha_rad / RAD_PER_TURN, **model.geometry(known))
+
+
+def observe(state: State, simulation: Simulation, observable: str) -> np.ndarray:
+    """One observable of a final state, shape (B, m), in its own unit."""
+    if observable == "displacement_mm":
+        return state.displacement_mm
+    if observable == "diameter_mm":
+        return 2.0 * state.radius_mm * state.camera
+    if observable == "helix_angle_deg":
+        return np.degrees(np.arctan2(state.alpha_rad * state.radius_mm, state.zone_mm))
+    if observable == "hole_distance_mm":
+        return state.hole_mm * state.camera
+    if observable == "twist_turns":
+        return state.alpha_rad / RAD_PER_TURN
+    if observable == "torque_Nmm":
+        slope = _base(state, simulation, "slope_mm_per_turn") / RAD_PER_TURN
+        return state.at.load_N * slope + state.torque_extra_Nmm
+    raise KeyError(f"no observable '{observable}'")

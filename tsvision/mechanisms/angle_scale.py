@@ -1,0 +1,57 @@
+"""The bundle turns by another factor than the motor: slip, or a wrong gear ratio."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values
+
+
+def _proportional(state: State, p: Values) -> dict[str, np.ndarray]:
+    return {"alpha_rad": state.alpha_rad * (1.0 - p["slip"])}
+
+
+def _growing(state: State, p: Values) -> dict[str, np.ndarray]:
+    share = state.at.turns / state.reference.span_turns
+    return {"alpha_rad": state.alpha_rad * (1.0 - p["slip"] * share)}
+
+
+def _with_load(state: State, p: Values) -> dict[str, np.ndarray]:
+    share = state.at.load_N / state.reference.load_max_N
+    return {"alpha_rad": state.alpha_rad * (1.0 - p["slip"] * share)}
+
+
+def _slip(low: float, meaning: str) -> Parameter:
+    return Parameter("slip", "1", meaning, low=low, high=0.6, typical=0.08, starts=(0.7, -0.7))
+
+
+MECHANISM = Mechanism(
+    name="angle_scale",
+    title="Slip or gear ratio",
+    claim="the bundle gets only a share of the motor's rotation (slip), or the gear ratio is off",
+    touches=("displacement_mm", "helix_angle_deg", "twist_turns", "torque_Nmm"),
+    source="slip of the connector and gear ratio; D is left as it is",
+    shapes=(
+        Shape(
+            "proportional",
+            "α = (1 − slip) α_motor",
+            (_slip(-0.4, "share of the turns that is lost; below 0: a gear ratio that is off"),),
+            {"motor": _proportional},
+        ),
+        Shape(
+            "growing",
+            "α = (1 − slip · turns / largest turns) α_motor",
+            (_slip(0.0, "share of the turns lost at the largest turn count"),),
+            {"motor": _growing},
+        ),
+        Shape(
+            "with_load",
+            "α = (1 − slip · F / largest F) α_motor",
+            (_slip(0.0, "share of the turns lost at the largest load"),),
+            {"motor": _with_load},
+            needs=frozenset({"loads"}),
+        ),
+    ),
+    like_exactly=("radius_bias", "camera_scale"),
+    checks="mark the connector and count its turns on the film",
+)

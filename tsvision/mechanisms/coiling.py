@@ -1,0 +1,133 @@
+"""Past an onset the bundle coils: each further turn draws a constant length."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from tsvision.mechanisms.shelf import Effect, Mechanism, Parameter, Shape, State, Values, softplus
+from tsvision.units import RAD_PER_TURN
+
+_ONSET = Parameter(
+    "onset_turns",
+    "turns",
+    "turns at which coiling sets in (at the lowest load)",
+    low=0.05,
+    high=0.97,
+    of="span_turns",
+    prior="uniform",
+    starts=(0.15, 0.3, 0.45, 0.6, 0.75, 0.9),
+    null=None,
+)
+_LENGTH = Parameter(
+    "length_per_turn_mm",
+    "mm",
+    "length that each turn past the onset draws",
+    low=0.05,
+    high=9.0,
+    of="radius_mm",
+    prior="uniform",
+    starts=(0.3, 0.6),
+    null=None,
+)
+_WITH_LOAD = Parameter(
+    "onset_load_exponent",
+    "1",
+    "power by which the onset moves with the load",
+    low=-0.5,
+    high=1.5,
+    typical=0.5,
+    starts=(0.0, 0.8),
+    null=None,
+)
+_WIDTH = Parameter(
+    "width_turns",
+    "turns",
+    "over how many turns coiling takes over",
+    low=0.005,
+    high=0.25,
+    of="span_turns",
+    prior="uniform",
+    starts=(0.2,),
+    null=None,
+)
+Onset = Callable[[State, Values], np.ndarray]
+
+
+def _common(state: State, p: Values) -> np.ndarray:
+    return p["onset_turns"]
+
+
+def _by_load(state: State, p: Values) -> np.ndarray:
+    ratio = state.at.load_N / state.reference.load_min_N
+    return p["onset_turns"] * ratio ** p["onset_load_exponent"]
+
+
+def _excess_turns(state: State, p: Values, onset: Onset) -> np.ndarray:
+    past = state.at.turns - onset(state, p)
+    if "width_turns" in p:
+        return np.minimum(softplus(past, p["width_turns"]), state.at.turns)
+    return np.maximum(past, 0.0)
+
+
+def _freeze(onset: Onset) -> Effect:
+    """The strands' own helix stays as it was at the onset; the rest of the turns go to coils."""
+
+    def effect(state: State, p: Values) -> dict[str, np.ndarray]:
+        taken = RAD_PER_TURN * _excess_turns(state, p, onset)
+        return {"alpha_rad": np.maximum(state.alpha_rad - taken, 0.0)}
+
+    return effect
+
+
+def _draw(onset: Onset) -> Effect:
+    def effect(state: State, p: Values) -> dict[str, np.ndarray]:
+        drawn = p["length_per_turn_mm"] * _excess_turns(state, p, onset)
+        return {"displacement_mm": state.displacement_mm + drawn}
+
+    return effect
+
+
+def _locked(state: State, p: Values) -> dict[str, np.ndarray]:
+    """The slope at the onset is kept: dx/dturns = 2π r (S/2 + α r)/(L + x)."""
+    across = state.hole_mm / 2 + state.alpha_rad * state.radius_mm
+    slope = RAD_PER_TURN * state.radius_mm * across / np.hypot(state.zone_mm, across)
+    return {"displacement_mm": state.displacement_mm + slope * _excess_turns(state, p, _common)}
+
+
+MECHANISM = Mechanism(
+    name="coiling",
+    title="Coiling",
+    claim="past an onset the bundle coils: each turn draws a constant length, torque stays flat",
+    touches=("displacement_mm", "helix_angle_deg", "twist_turns", "torque_Nmm"),
+    source="rod simulation of two strands; the paper's almost linear contraction past 20 turns",
+    shapes=(
+        Shape(
+            "common_onset",
+            "x = x(n₀) + c (turns − n₀) past n₀",
+            (_ONSET, _LENGTH),
+            {"bundle": _freeze(_common), "draw": _draw(_common)},
+        ),
+        Shape(
+            "locked_slope",
+            "x = x(n₀) + x'(n₀) (turns − n₀) past n₀",
+            (_ONSET,),
+            {"bundle": _freeze(_common), "draw": _locked},
+        ),
+        Shape(
+            "onset_by_load",
+            "x = x(n₀) + c (turns − n₀) past n₀ = n (F/F_min)^q",
+            (_ONSET, _LENGTH, _WITH_LOAD),
+            {"bundle": _freeze(_by_load), "draw": _draw(_by_load)},
+            frozenset({"loads"}),
+        ),
+        Shape(
+            "rounded",
+            "the straight line, rounded in over w",
+            (_ONSET, _LENGTH, _WIDTH),
+            {"bundle": _freeze(_common), "draw": _draw(_common)},
+        ),
+    ),
+    checks="look for coils on the frames past the onset; the torque is flat there",
+)

@@ -1,0 +1,39 @@
+"""The distance between the separator's holes is not what was stated (or was left out)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values
+
+
+def _shift(state: State, p: Values) -> dict[str, np.ndarray]:
+    return {"hole_mm": np.maximum(state.hole_mm + p["hole_distance_change_mm"], 0.0)}
+
+
+MECHANISM = Mechanism(
+    name="hole_distance",
+    title="Hole distance off",
+    claim="the separator's holes are another distance S apart than stated (or S was left out)",
+    touches=("displacement_mm", "hole_distance_mm", "torque_Nmm"),
+    source="the paper's S; earlier models leave it out (S = 0)",
+    shapes=(
+        Shape(
+            "shift",
+            "S = S_stated + δS",
+            (
+                Parameter(
+                    "hole_distance_change_mm",
+                    "mm",
+                    "δS",
+                    low=-5.0,
+                    high=5.0,
+                    typical=0.8,
+                    starts=(-1.0, 1.0),
+                ),
+            ),
+            {"geometry": _shift},
+        ),
+    ),
+    checks="measure the holes' distance on the separator",
+)
