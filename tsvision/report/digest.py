@@ -42,7 +42,7 @@ def frame_card(row: FrameRow) -> list[tuple[str, str]]:
     card = [("file", row.file), ("phase", phase_key(row.phase).replace("_", " ") or UNKNOWN)]
     for label, name, sd, unit, factor in QUANTITIES:
         value = getattr(row, name) * factor
-        if math.isfinite(value):
+        if math.isfinite(value) and label not in dict(card):  # px only where mm are unknown
             card.append((label, with_sd(value, getattr(row, sd) * factor, unit)))
     if row.handedness:
         card.append(("handedness", row.handedness))

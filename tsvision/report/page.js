@@ -26,7 +26,7 @@ function onsets() {
   }));
 }
 
-function against(id, name, label, layers, lists, values, floor) {
+function against(id, name, label, layers, lists, values, floor, whole) {
   const host = byId(id);
   if (!host) return;
   const range = span(...lists);
@@ -34,7 +34,7 @@ function against(id, name, label, layers, lists, values, floor) {
   // The row of onset marks stands below the data.
   range[0] -= (range[1] - range[0]) * 0.14;
   const plot = new Plot(host, {
-    name, x: { label: data.x_label, range: xRange }, y: { label, range },
+    name, x: { label: data.x_label, range: xRange }, y: { label, range, whole },
     layers: [bands(), ...layers, ...onsets()], pick: (x) => show(nearest((at) => X[at], x)),
   });
   plots.push({ plot, x: (at) => X[at], values });
@@ -69,7 +69,7 @@ function drawSeries() {
   against("plot-knots", "number of knots against turns", "knots in view (count)", [
     { kind: "line", x: X, y: S.knots, colour: "var(--knots)", wide: 1 },
     { kind: "points", x: X, y: S.knots, colour: "var(--knots)", hollow: data.flagged },
-  ], [S.knots, [0, 1.2]], one("knots"), 0);
+  ], [S.knots, [0, 1.2]], one("knots"), 0, true);
   against("plot-phase", "coil amplitude and unevenness against turns", "share (1)", [
     { kind: "line", x: X, y: S.coil, colour: "var(--series)" }, { kind: "points", x: X, y: S.coil, colour: "var(--series)" },
     { kind: "line", x: X, y: S.unevenness, colour: "var(--second)", dash: "5 3" },

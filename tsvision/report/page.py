@@ -24,6 +24,10 @@ from tsvision.report.wording import ONSET_NAMES, UNKNOWN, plain, with_sd
 PAGE_NAME = "report.html"
 MOST_PICTURES = 48
 PICTURE_BYTES = 1_350_000  # of JPEG in all; base64 makes a third more of it
+HEADLINE = (
+    ("outer diameter D", "diameter_mm", "mm"),
+    ("helix angle β", "helix_angle_deg", "°"),
+)
 _HERE = Path(__file__).parent
 
 
@@ -130,8 +134,10 @@ def page_data(measured: Measured, chosen: list[int], pictures: dict[int, Frame])
 
 def _headline(measured: Measured) -> list[tuple[str, str]]:
     summary, frames = measured.summary, measured.frames
-    lines = [(name, text) for name, text, _ in digest.onset_lines(summary) if name == "knots"]
-    for label, key, unit in (("D", "diameter_mm", "mm"), ("β", "helix_angle_deg", "°")):
+    lines = [
+        ("knots begin", text) for name, text, _ in digest.onset_lines(summary) if name == "knots"
+    ]
+    for label, key, unit in HEADLINE:
         value = summary.get(key) or {}
         lines.append((label, with_sd(value.get("value"), value.get("sd"), unit)))
     hands = [h for h in frames["handedness"] if h in ("S", "Z")]

@@ -57,7 +57,7 @@ class Plot {
     root.replaceChildren();
     this.width = Math.max(260, this.host.clientWidth || 640);
     this.height = spec.height || 250;
-    const yTicks = ticks(...spec.y.range, this.height / 45);
+    const yTicks = ticks(...spec.y.range, this.height / 45).filter(([v]) => !spec.y.whole || Number.isInteger(v));
     const widest = Math.max(...yTicks.map((t) => t[1].length), 2);
     this.box = { left: 30 + 7 * widest, right: this.width - 12, top: 24, bottom: this.height - 40 };
     root.setAttribute("viewBox", `0 0 ${this.width} ${this.height}`);
@@ -173,16 +173,17 @@ class Plot {
     const y = this.box.bottom - 5 - 9 * (row || 0);
     const group = svg("g", {}, this.inside);
     svg("title", {}, group).textContent = name;
-    if (known(low) && known(high)) svg("line", { x1: this.px(low), x2: this.px(high), y1: y, y2: y, stroke: colour, "stroke-width": 4, "stroke-linecap": "round", opacity: 0.75 }, group);
+    if (known(low) && known(high)) svg("line", { x1: this.px(low), x2: this.px(high), y1: y, y2: y, stroke: "var(--soft)", "stroke-width": 6, "stroke-linecap": "round" }, group);
+    if (known(low) && known(high)) svg("line", { x1: this.px(low), x2: this.px(high), y1: y, y2: y, stroke: colour, "stroke-width": 4, "stroke-linecap": "round" }, group);
     if (known(turns)) {
       const x = this.px(turns);
-      svg("path", { d: `M${x - 5} ${y + 5}h10l-5 -10z`, fill: colour, stroke: "var(--panel)" }, group);
+      svg("path", { d: `M${x - 5} ${y + 5}h10l-5 -10z`, fill: colour, stroke: "var(--ink)", "stroke-width": 0.8 }, group);
     }
   }
 
   layer_image({ href, x, y }) {
     const left = this.px(x[0]), top = this.py(y[1]);
-    svg("image", { href, x: left, y: top, width: this.px(x[1]) - left, height: this.py(y[0]) - top, preserveAspectRatio: "none" }, this.inside);
+    svg("image", { href, x: left, y: top, width: this.px(x[1]) - left, height: this.py(y[0]) - top, preserveAspectRatio: "none", style: "image-rendering:pixelated" }, this.inside);
   }
 
   layer_boxes({ boxes, colour }) {
