@@ -7,12 +7,31 @@
 
 from __future__ import annotations
 
-from tsvision.models import constant_radius, variable_radius
+from tsvision.models import (
+    constant_radius,
+    helix_then_coil,
+    locked_pitch,
+    no_separator,
+    offset_no_separator,
+    separator_no_offset,
+    variable_radius,
+    volume_conserving,
+)
 from tsvision.models.sections import SECTIONS
 from tsvision.models.shelf import GEOMETRY, BundleSection, DisplacementModel
 
 MODELS: dict[str, DisplacementModel] = {
-    model.name: model for model in (constant_radius.MODEL, variable_radius.MODEL)
+    model.name: model
+    for model in (
+        no_separator.MODEL,
+        offset_no_separator.MODEL,
+        volume_conserving.MODEL,
+        separator_no_offset.MODEL,
+        variable_radius.MODEL,
+        constant_radius.MODEL,
+        locked_pitch.MODEL,
+        helix_then_coil.MODEL,
+    )
 }
 
 __all__ = ["GEOMETRY", "MODELS", "SECTIONS", "BundleSection", "DisplacementModel"]

@@ -76,6 +76,7 @@ MODEL = DisplacementModel(
         "too much at high load; slope still rises where measured contraction is a straight line; "
         "strand centres lie at a < D/2, so the radius stands in for coiling"
     ),
+    free=("radius_mm",),
     displacement_mm=displacement_mm,
     slope_mm_per_turn=slope_mm_per_turn,
     turns_for_displacement=turns_for_displacement,

@@ -27,7 +27,8 @@ class DisplacementModel:
 
     All three functions are vectorised and broadcast `turns` against every geometry keyword.
     Displacement in mm, slope in mm per turn; NaN where the model has no solution.
-    `parameters` names the geometry keywords that it takes (all are needed).
+    `parameters` names the geometry keywords that it takes (all are needed); `free` names those
+    that a refit to data may change. `only_strings`: the one N that it holds for, None for any.
     """
 
     name: str
@@ -37,9 +38,11 @@ class DisplacementModel:
     assumptions: tuple[str, ...]
     source: str
     fails: str
+    free: tuple[str, ...]
     displacement_mm: Callable[..., np.ndarray]
     slope_mm_per_turn: Callable[..., np.ndarray]
     turns_for_displacement: Callable[..., np.ndarray]
+    only_strings: int | None = None
 
     def geometry(self, known: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
         """Pick this model's keywords out of all that is known; InputError if one is missing."""

@@ -100,6 +100,7 @@ MODEL = DisplacementModel(
     ),
     source="Tavakoli, Batista & Neto, eq. (3), after Popov, Gaponov & Ryu 2012-2013",
     fails="in overtwist the string coils instead of thickening: several times too much",
+    free=("radius_mm",),
     displacement_mm=displacement_mm,
     slope_mm_per_turn=slope_mm_per_turn,
     turns_for_displacement=turns_for_displacement,
