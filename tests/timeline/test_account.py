@@ -23,7 +23,7 @@ def test_a_clean_recording_gives_all_onsets_at_the_frame_of_the_truth() -> None:
     assert told.onsets["overtwist_onset"].turns == pytest.approx(20, abs=1)
     assert told.onsets["local_overtwist_onset"].turns == pytest.approx(40, abs=1)
     phase = told.frames["phase"]
-    assert list(dict.fromkeys(phase)) == ["twist", "overtwist", "local_overtwist", "irreversible"]
+    assert list(dict.fromkeys(phase)) == ["twist", "overtwist", "local overtwist", "irreversible"]
 
 
 def test_no_knot_is_right_censored_at_the_last_turn() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-PHASES = ("twist", "overtwist", "local_overtwist", "knotted", "irreversible")
+PHASES = ("twist", "overtwist", "local overtwist", "knotted", "irreversible")
 """Phases in rising order; each holds what the ones before it hold, but more."""
 
 LEVEL_OF_ONSET = {
