@@ -23,7 +23,7 @@ from tsvision.records import Frame, Recording, Rig
 
 def open_recording(
     source: str | Path | Sequence[str | Path],
-    rig: Rig = Rig(),  # noqa: B008 - frozen
+    rig: Rig = Rig(),
     turns_file: str | Path | None = None,
     turns_per_frame: float | None = None,
     turns_from_name: str | None = None,
@@ -88,6 +88,20 @@ def iter_frames(
         return _iter_pictures(recording, start, stop, color)
 
     yield from decode_ahead(make, ahead)
+
+
+def part_of(recording: Recording, start: int, stop: int) -> Recording:
+    """Frames start..stop-1 as a recording of their own; its frames count from 0 again."""
+    cut = slice(start, stop)
+    return replace(
+        recording,
+        files=recording.files[cut],
+        turns=recording.turns[cut],
+        time_s=recording.time_s[cut],
+        displacement_mm=recording.displacement_mm[cut],
+        load_N=recording.load_N[cut],
+        cycle=recording.cycle[cut],
+    )
 
 
 def path_of(recording: Recording, index: int) -> Path:

@@ -89,18 +89,24 @@ def _picture_stream(path: Path, container: Any) -> Any:
 def iter_video(
     path: Path, names: tuple[str, ...], start: int, stop: int, color: bool, threads: int = 0
 ) -> Iterator[Frame]:
-    """Frames start..stop-1; one per index entry, `pixels=None` where nothing could be decoded."""
-    index = index_video(path)
+    """Frames start..stop-1 of `names`; `pixels=None` where nothing could be decoded.
+
+    `names` may be a stretch of the video's frames: each ends in its number, `film.mp4#12`.
+    """
+    if start >= stop:
+        return
+    first = int(names[0].rsplit("#", 1)[1])
     expected = start
-    for number, picture in _numbered(path, index, start, stop, threads):
-        if number < expected:
+    for number, picture in _numbered(path, index_video(path), first + start, first + stop, threads):
+        here = number - first
+        if here < expected:
             continue
-        if number >= stop:
+        if here >= stop:
             break
-        for gap in range(expected, number):
+        for gap in range(expected, here):
             yield Frame(gap, names[gap], None, _GONE)
-        yield _to_frame(number, names[number], picture, color)
-        expected = number + 1
+        yield _to_frame(here, names[here], picture, color)
+        expected = here + 1
     for gap in range(expected, stop):
         yield Frame(gap, names[gap], None, _GONE)
 

@@ -1,0 +1,68 @@
+"""Progress on stderr: a bar for a person, a line now and then for a log."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+_LINE_EVERY_S = 10.0
+
+
+@contextmanager
+def frame_progress(name: str, quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
+    """Yields a function to call with (frames done, frames in all)."""
+    if quiet:
+        yield lambda done, total: None
+    elif sys.stderr.isatty():
+        yield from _bar(name)
+    else:
+        yield _lines(name)
+
+
+def _bar(name: str) -> Iterator[Callable[[int, int], None]]:
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(escape(name), total=None, rate="")
+        start_s = time.monotonic()
+
+        def tell(done: int, total: int) -> None:
+            rate = done / max(1e-9, time.monotonic() - start_s)
+            bar.update(task, completed=done, total=total, rate=f"{rate:.1f} frames/s")
+
+        yield tell
+
+
+def _lines(name: str) -> Callable[[int, int], None]:
+    start_s = time.monotonic()
+    last_s = start_s
+
+    def tell(done: int, total: int) -> None:
+        nonlocal last_s
+        now_s = time.monotonic()
+        if now_s - last_s >= _LINE_EVERY_S:
+            last_s = now_s
+            rate = done / (now_s - start_s)
+            left_s = (total - done) / rate
+            print(
+                f"{name}: {done}/{total} frames, {rate:.1f}/s, {left_s:.0f} s left", file=sys.stderr
+            )
+
+    return tell

@@ -1,0 +1,70 @@
+"""Read a measured recording back."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from tsvision.errors import InputError
+from tsvision.results.folder import SUMMARY
+from tsvision.results.schema import FORMAT
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """The tables and the summary of one measured recording (columns: see schema.py)."""
+
+    folder: Path
+    frames: pd.DataFrame
+    profiles: pd.DataFrame
+    knots: pd.DataFrame
+    summary: dict[str, Any]
+
+
+def read_measurement(folder: Path) -> Measurement:
+    """Read what `tsvision measure` wrote; raises InputError when it is not whole."""
+    summary = read_summary(folder)
+    return Measurement(
+        folder,
+        _table(folder / "frames.parquet"),
+        _table(folder / "profiles.parquet"),
+        _table(folder / "knots.parquet"),
+        summary,
+    )
+
+
+def read_summary(folder: Path) -> dict[str, Any]:
+    """summary.json of a measured recording; raises InputError."""
+    path = folder / SUMMARY
+    if not path.is_file():
+        raise InputError(
+            f"{folder}: holds no {SUMMARY}; name a folder that `tsvision measure` wrote"
+        )
+    try:
+        summary = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(
+            f"{path}: cannot be read ({type(error).__name__}); measure again"
+        ) from None
+    if not isinstance(summary, dict) or "frames_total" not in summary:
+        raise InputError(f"{path}: is no summary of a measurement; measure again")
+    if summary.get("format", FORMAT) > FORMAT:
+        raise InputError(f"{path}: written by a newer tsvision; update, or measure again")
+    return summary
+
+
+def _table(path: Path) -> pd.DataFrame:
+    if not path.is_file():
+        raise InputError(f"{path}: missing; measure the recording again")
+    try:
+        return pq.read_table(path).to_pandas()
+    except (OSError, pa.ArrowException) as error:
+        raise InputError(
+            f"{path}: no whole Parquet table ({type(error).__name__}); measure again"
+        ) from None

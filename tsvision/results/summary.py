@@ -1,0 +1,163 @@
+"""summary.json: the recording in one page for programs; strict JSON, no NaN, no clock, no paths
+of the machine, so that the same input gives the same bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import json
+import math
+import platform
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import asdict, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from tsvision import __version__
+from tsvision.records import Onset, Recording, Rig
+from tsvision.results.schema import FORMAT
+from tsvision.results.tables import printable
+from tsvision.rig import rig_values
+
+_LIBRARIES = ("numpy", "scipy", "pandas", "opencv-python-headless", "numba", "pyarrow", "av")
+_TWISTED = ("overtwist", "local overtwist", "knotted", "irreversible")
+_FEW = 3
+
+
+def make_summary(
+    recording: Recording,
+    frames: pd.DataFrame,
+    onsets: Mapping[str, Onset],
+    digests: Mapping[Path, str],
+    more: Mapping[str, Any] = {},
+) -> dict[str, Any]:
+    """All of summary.json. `frames` is the final table; `digests` the sha256 of each input file."""
+    flagged = frames["flags"].astype(str)
+    counts = Counter(name for text in flagged for name in text.split("|") if name)
+    return {
+        "tool": "tsvision",
+        "format": FORMAT,
+        "input": describe_input(recording, digests),
+        "frames_total": len(frames),
+        "frames_measured": int(frames["diameter_px"].notna().sum()),
+        "frames_flagged": int((flagged != "").sum()),
+        "flags": dict(sorted(counts.items())),
+        "diameter_mm": typical(frames, "diameter_mm"),
+        "diameter_px": typical(frames, "diameter_px"),
+        "helix_angle_deg": typical_angle_deg(frames),
+        "handedness": _majority(frames["handedness"]),
+        **{name: asdict(onset) for name, onset in onsets.items()},
+        **more,
+        "notes": [*recording.notes, *more.get("notes", ())],
+        "rig": rig_values(recording.rig),
+        "rig_source": _sources(recording.rig),
+        "versions": versions(),
+    }
+
+
+def typical(frames: pd.DataFrame, column: str) -> dict[str, Any]:
+    """Median over the measured frames; `sd` is the standard uncertainty of that value (the
+    typical frame's own, which repeats from frame to frame, or the scatter's if that is larger),
+    `scatter` the robust standard deviation from frame to frame."""
+    return _typical(
+        frames[column].to_numpy(float), frames[f"{column}_sd"].to_numpy(float), "all frames"
+    )
+
+
+def typical_angle_deg(frames: pd.DataFrame) -> dict[str, Any]:
+    """The angle beside the separator, once the bundle is laid: frames from overtwist on; where
+    there are fewer than three of them, the three with the most turns."""
+    angle = np.degrees(frames["helix_angle_rad"].to_numpy(float))
+    sd = np.degrees(frames["helix_angle_rad_sd"].to_numpy(float))
+    laid = frames["phase"].astype(str).str.replace("_", " ").isin(_TWISTED).to_numpy()
+    laid &= np.isfinite(angle)
+    if laid.sum() >= _FEW:
+        return _typical(angle[laid], sd[laid], "frames from overtwist on")
+    turns = np.where(np.isfinite(angle), np.abs(frames["turns"].to_numpy(float)), np.nan)
+    if not np.isfinite(turns).any():
+        return _typical(angle, sd, "all frames")
+    most = np.argsort(np.where(np.isnan(turns), -1.0, turns))[-_FEW:]
+    return _typical(angle[most], sd[most], "the frames with the most turns")
+
+
+def _typical(value: np.ndarray, sd: np.ndarray, over: str) -> dict[str, Any]:
+    good = np.isfinite(value)
+    if not good.any():
+        return {"value": None, "sd": None, "scatter": None, "frames": 0, "over": over}
+    middle = float(np.median(value[good]))
+    count = int(good.sum())
+    own = sd[good][np.isfinite(sd[good])]
+    frame_sd = float(np.median(own)) if len(own) else math.nan
+    scatter = float(1.4826 * np.median(np.abs(value[good] - middle))) if count > 1 else math.nan
+    sd_of_middle = float(np.fmax(frame_sd, scatter * 1.2533 / math.sqrt(count)))
+    return {"value": middle, "sd": sd_of_middle, "scatter": scatter, "frames": count, "over": over}
+
+
+def _majority(values: pd.Series) -> str | None:
+    counts = Counter(v for v in values.astype(str) if v in ("S", "Z"))
+    return counts.most_common(1)[0][0] if counts else None
+
+
+def describe_input(recording: Recording, digests: Mapping[Path, str]) -> dict[str, Any]:
+    """Names and sha256 of the files, and one sha256 over them all."""
+    folder = recording.source if recording.kind == "folder" else recording.source.parent
+    files = [
+        {"name": printable(path.relative_to(folder).as_posix()), "sha256": digest}
+        for path, digest in digests.items()
+    ]
+    together = hashlib.sha256()
+    for file in files:
+        together.update(f"{len(file['name'])}:{file['name']}:{file['sha256']}\n".encode())
+    return {
+        "name": printable(recording.source.resolve().name),
+        "kind": recording.kind,
+        "sha256": together.hexdigest(),
+        "files": files,
+    }
+
+
+def sha256_of(path: Path) -> str:
+    """Hex digest of a file; "unreadable" when it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return "unreadable"
+
+
+def versions() -> dict[str, str]:
+    """What computed the numbers."""
+    found = {"tsvision": __version__, "python": platform.python_version()}
+    for name in _LIBRARIES:
+        found[name] = importlib.metadata.version(name)
+    return found
+
+
+def _sources(rig: Rig) -> dict[str, str]:
+    known = {k: v for k, v in rig.source.items() if v != "not given"}
+    return {k: printable(Path(v).name) for k, v in known.items()}
+
+
+def to_json(value: Any) -> str:
+    """Strict JSON: NaN and infinity become null, arrays lists, nouns objects."""
+    return json.dumps(_strict(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _strict(value: Any) -> Any:
+    if is_dataclass(value) and not isinstance(value, type):
+        value = asdict(value)
+    if isinstance(value, Mapping):
+        return {str(k): _strict(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_strict(v) for v in value]
+    if isinstance(value, np.ndarray):
+        return _strict(value.tolist())
+    if isinstance(value, np.generic):
+        return _strict(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return printable(value) if isinstance(value, str) else value

@@ -1,0 +1,181 @@
+"""One recording from its files to its output folder.
+
+open → measure frame by frame → account → tables and summary, written beside and renamed. Frames
+stream through: memory holds one picture, a row group of profiles and the rows.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from tsvision.atomic import write_text
+from tsvision.errors import InputError
+from tsvision.images.frames import input_files, open_recording, part_of
+from tsvision.records import FrameResult, Recording
+from tsvision.results.folder import SUMMARY, check_out, staged
+from tsvision.results.summary import make_summary, sha256_of, to_json
+from tsvision.results.tables import (
+    KnotCollector,
+    ProfileWriter,
+    RowCollector,
+    write_frames,
+    write_knots,
+)
+from tsvision.rig import find_rig, load_rig
+
+_BYTES_A_FRAME = 40_000  # profiles of a 1920 px wide picture, compressed
+Measure = Callable[[Recording], Iterator[FrameResult]]
+Progress = Callable[[int, int], None]  # frames done, frames in all
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to measure and with which words about it; the same for one recording or a batch."""
+
+    source: str | Path | Sequence[str | Path]
+    rig_path: Path | None = None
+    overrides: Mapping[str, object] | None = None
+    turns_file: Path | None = None
+    turns_per_frame: float | None = None
+    turns_from_name: str | None = None
+    frames: tuple[int, int | None] | None = None
+
+
+def measure_to_folder(
+    source: str | Path | Sequence[str | Path],
+    out: Path,
+    rig_path: Path | None = None,
+    overrides: Mapping[str, object] = {},
+    overwrite: bool = False,
+    turns_file: Path | None = None,
+    turns_per_frame: float | None = None,
+    turns_from_name: str | None = None,
+    frames: tuple[int, int | None] | None = None,
+    progress: Progress | None = None,
+    measure: Measure | None = None,
+) -> Path:
+    """Measure a recording into the folder `out` and return it.
+
+    `frames` = (A, B) measures frames A..B-1 only. `rig_path` None takes the rig.toml beside the
+    recording. `measure` replaces the measuring of frames (for tests). Raises InputError before
+    any work when the input is not usable or `out` cannot be written.
+    """
+    out = Path(out)
+    request = Request(
+        source, rig_path, overrides, turns_file, turns_per_frame, turns_from_name, frames
+    )
+    recording, first = open_request(request)
+    check_out(out, overwrite, need_bytes=_BYTES_A_FRAME * len(recording.files))
+    with staged(out) as folder:
+        results = (measure or measuring())(recording)
+        write_measurement(folder, recording, results, first, progress)
+    return out
+
+
+def measuring() -> Measure:
+    """The measuring of frames, imported only when it is needed."""
+    from tsvision.measures.recording import measure_frames
+
+    return measure_frames
+
+
+def open_request(request: Request) -> tuple[Recording, int]:
+    """The recording that is meant, cut to the frames asked for, and the number of its first."""
+    rig = load_rig(_rig_path(request), request.overrides or {})
+    recording = open_recording(
+        request.source,
+        rig,
+        request.turns_file,
+        request.turns_per_frame,
+        request.turns_from_name,
+    )
+    if request.frames is None:
+        return recording, 0
+    start, stop = request.frames
+    stop = len(recording.files) if stop is None else stop
+    if not 0 <= start < stop <= len(recording.files):
+        raise InputError(
+            f"--frames {start}:{stop}: outside the recording's frames 0:{len(recording.files)}"
+        )
+    return part_of(recording, start, stop), start
+
+
+def _rig_path(request: Request) -> Path | None:
+    if request.rig_path is not None:
+        return request.rig_path
+    source = request.source
+    return find_rig(source if isinstance(source, str | Path) else source[0]) if source else None
+
+
+def write_measurement(
+    folder: Path,
+    recording: Recording,
+    results: Iterator[FrameResult],
+    first: int = 0,
+    progress: Progress | None = None,
+) -> None:
+    """Everything a measured recording leaves in `folder`. `first` is added to frame numbers."""
+    digests = _Digests(input_files(recording))
+    rows, sightings = RowCollector(), KnotCollector()
+    profiles = ProfileWriter(folder / "profiles.parquet")
+    total = len(recording.files)
+    try:
+        for done, result in enumerate(results, start=1):
+            row = result.row
+            if first:
+                row = replace(row, frame=row.frame + first)
+            rows.add(row)
+            sightings.add(row, result.knots)
+            if result.profile is not None:
+                profiles.add(row.frame, result.profile)
+            if progress is not None:
+                progress(done, total)
+    finally:
+        profiles.close()
+    write_tables(folder, recording, rows.table(), sightings.table(), digests.get())
+
+
+def write_tables(
+    folder: Path,
+    recording: Recording,
+    frames: pd.DataFrame,
+    knots: pd.DataFrame,
+    digests: Mapping[Path, str],
+) -> None:
+    """The account of what was measured, the tables and the summary."""
+    from tsvision.timeline.account import account
+
+    if len(frames) != len(recording.files):
+        raise RuntimeError(f"{len(recording.files)} frames gave {len(frames)} rows")
+    told = account(frames, knots, recording.rig)
+    write_frames(folder, told.frames)
+    write_knots(folder, told.knots)
+    more: dict[str, Any] = {"onset_reasons": told.reasons, "notes": list(told.notes)}
+    more.update(told.extras)
+    summary = make_summary(recording, told.frames, told.onsets, digests, more)
+    write_text(folder / SUMMARY, to_json(summary))
+
+
+class _Digests:
+    """sha256 of the input files, computed beside the measuring (the hash lets others run)."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self._found: dict[Path, str] = {}
+        self._paths = paths
+        self._thread = threading.Thread(target=self._work, name="sha256", daemon=True)
+        self._thread.start()
+
+    def _work(self) -> None:
+        for path in self._paths:
+            self._found[path] = sha256_of(path)
+
+    def get(self) -> dict[Path, str]:
+        """Wait for the rest; the digests in the files' order."""
+        self._thread.join()
+        return self._found
