@@ -19,7 +19,13 @@ from tsvision.records import FrameResult, Recording
 from tsvision.results import read_measurement
 from tsvision.run import measure_to_folder
 
-INTERFACE_FRAMES = ["frame", "file", "turns", "time_s", "diameter_mm", "diameter_mm_sd", "diameter_px", "diameter_px_sd", "pitch_mm", "pitch_mm_sd", "pitch_px", "strand_repeat_px", "helix_angle_rad", "helix_angle_rad_sd", "lay_angle_rad", "handedness", "midspan_diameter_mm", "coil_amplitude_mm", "unevenness", "knot_count", "phase", "turns_seen", "turn_budget_error", "string_length_mm", "mm_per_px", "axis_x0_px", "axis_y0_px", "axis_x1_px", "axis_y1_px", "separator_x_px", "separator_y_px", "flags"]
+INTERFACE_FRAMES = (
+    "frame file turns time_s diameter_mm diameter_mm_sd diameter_px diameter_px_sd "
+    "pitch_mm pitch_mm_sd pitch_px strand_repeat_px helix_angle_rad helix_angle_rad_sd "
+    "lay_angle_rad handedness midspan_diameter_mm coil_amplitude_mm unevenness knot_count "
+    "phase turns_seen turn_budget_error string_length_mm mm_per_px axis_x0_px axis_y0_px "
+    "axis_x1_px axis_y1_px separator_x_px separator_y_px flags "
+)
 FILES = {
     "frames.parquet",
     "frames.csv",
@@ -38,7 +44,7 @@ def test_writes_the_files_and_columns_of_the_interface(film: Path, tmp_path: Pat
     out = measure_to_folder(film, tmp_path / "out", measure=measure)
     assert {p.name for p in out.iterdir()} == FILES
     found = read_measurement(out)
-    assert set(INTERFACE_FRAMES) <= set(found.frames.columns)
+    assert set(INTERFACE_FRAMES.split()) <= set(found.frames.columns)
     assert found.frames["frame"].tolist() == list(range(12))
     assert found.frames["diameter_px"].tolist() == list(range(12))  # the bar's column
     assert found.frames["turns"].tolist() == [i / 2 for i in range(12)]
@@ -193,7 +199,7 @@ def test_names_with_spaces_newlines_and_odd_bytes(film: Path, tmp_path: Path, me
 def test_measurement_that_is_not_whole_is_refused(film: Path, tmp_path: Path, measure) -> None:
     out = measure_to_folder(film, tmp_path / "out", measure=measure)
     (out / "frames.parquet").write_bytes(b"PAR1")
-    with pytest.raises(InputError, match="measure the recording again|Parquet"):
+    with pytest.raises(InputError, match=r"Parquet"):
         read_measurement(out)
     (out / "summary.json").write_text("{")
     with pytest.raises(InputError, match="cannot be read"):

@@ -32,11 +32,15 @@ def open_recording(
 
     Turns come from `turns_file`, else a `turns.csv` beside the frames; `turns_per_frame` (turns
     are that times the frame's number) or `turns_from_name` (a regular expression with one group)
-    win over it. Raises InputError on an empty source and on turns that are ambiguous.
+    win: a table that only happens to lie beside is then left out, a named one gives the rest of
+    its columns. Raises InputError on an empty source and on turns that are ambiguous.
     """
-    table = Path(turns_file) if turns_file is not None else beside(_first(source))
+    chosen = turns_per_frame is not None or turns_from_name is not None
+    table = Path(turns_file) if turns_file is not None else None
+    if table is None and not chosen:
+        table = beside(_first(source))
     found = find_frames(source, names_in(table) if table is not None else None)
-    if table is None and found.kind == "folder":
+    if table is None and not chosen:
         table = beside(found.source)
     files, time_s = found.files, None
     if found.kind == "video":
