@@ -23,6 +23,8 @@ def command(
     verdict: Annotated[
         Path | None, typer.Option(help="JSON of `tsvision diagnose` (one DIR only).")
     ] = None,
+    video: Annotated[bool, typer.Option("--video", help="Also write overlay.mp4.")] = False,
+    sheet: Annotated[bool, typer.Option("--sheet", help="Also write sheet.png.")] = False,
     out: Annotated[
         Path | None, typer.Option(help="Page over many recordings (default: overview.html).")
     ] = None,
@@ -36,6 +38,16 @@ def command(
     for folder in folders:
         found = _recording(folder, recording)
         print(write_report(folder, found, answer or _own_verdict(folder)))
+        if found is None and (video or sheet):
+            raise InputError(f"{folder}: no frames to draw on; name them with --recording")
+        if video:
+            from tsvision.report.video import write_overlay_video
+
+            print(write_overlay_video(folder, found))
+        if sheet:
+            from tsvision.report.sheet import write_sheet
+
+            print(write_sheet(folder, found))
     if len(folders) > 1:
         from tsvision.report.many import write_overview
 

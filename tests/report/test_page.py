@@ -14,6 +14,7 @@ from tests.report.chromium import CHROMIUM, ask
 from tests.report.fake_measurement import Fake, write_fake
 from tsvision.errors import InputError
 from tsvision.images.frames import open_recording
+from tsvision.models import MODELS
 from tsvision.report.many import write_overview
 from tsvision.report.page import PICTURE_BYTES, as_script_json, write_report
 
@@ -96,7 +97,8 @@ def test_every_row_is_there_and_unknown_is_null(fake: Fake) -> None:
 
 def test_prediction_is_the_shelf_s_model_at_the_measured_diameter(fake: Fake) -> None:
     data = page_data(page_text(fake))
-    title = next(t for t in data["predicted"] if t.startswith("Constant radius"))
+    title = MODELS["constant_radius"].title
+    assert next(iter(data["predicted"])) == title
     turn, got = data["x"][-1], data["predicted"][title][-1]
     want = np.hypot(23.2, 2.5 + 2 * np.pi * turn * 0.4841 / 2) - 23.2
     assert got == pytest.approx(want, rel=1e-5)

@@ -39,7 +39,7 @@ def draw_overlay(
     else:
         canvas = canvas.copy()
     _draw_trace(canvas, trace_frame(row, profile, knots), zoom)
-    return _with_caption(canvas, row) if caption else canvas
+    return with_caption(canvas, row) if caption else canvas
 
 
 def caption_text(row: FrameRow) -> str:
@@ -104,7 +104,8 @@ def finite_pieces(line: np.ndarray) -> list[np.ndarray]:
     return [piece for piece in pieces if len(piece) > 1 and np.isfinite(piece[0]).all()]
 
 
-def _with_caption(canvas: np.ndarray, row: FrameRow) -> np.ndarray:
+def with_caption(canvas: np.ndarray, row: FrameRow) -> np.ndarray:
+    """The picture under a strip with the row's numbers and a line in the phase's colour."""
     text, width = caption_text(row), canvas.shape[1]
     scale = 0.6
     (length, height), _ = cv2.getTextSize(text, _FONT, scale, 1)

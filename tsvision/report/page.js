@@ -28,7 +28,7 @@ function onsets() {
 
 function against(id, name, label, layers, lists, values, floor, whole) {
   const host = byId(id);
-  if (!host) return;
+  if (!host) return null;
   const range = span(...lists);
   if (floor !== undefined) range[0] = floor;
   // The row of onset marks stands below the data.
@@ -38,6 +38,7 @@ function against(id, name, label, layers, lists, values, floor, whole) {
     layers: [bands(), ...layers, ...onsets()], pick: (x) => show(nearest((at) => X[at], x)),
   });
   plots.push({ plot, x: (at) => X[at], values });
+  return plot;
 }
 
 function nearest(place, x) {
@@ -80,25 +81,56 @@ function drawSeries() {
   drawDisplacement();
 }
 
-const MODEL_LOOKS = [["var(--second)", ""], ["var(--separator)", "6 3"], ["var(--near)", "2 3"], ["var(--knots)", "8 3 2 3"]];
+const MODEL_COLOURS = ["var(--second)", "var(--separator)", "var(--near)", "var(--knots)", "var(--soft)"];
+const MODEL_DASHES = ["", "7 3", "2 3", "9 3 2 3"];
+const modelLook = (i) => [MODEL_COLOURS[i % MODEL_COLOURS.length], MODEL_DASHES[i % MODEL_DASHES.length]];
 
+// Every model on the shelf that the rig allows; the paper's and the best are shown at first.
 function drawDisplacement() {
-  const models = Object.entries(data.predicted), x = S.displacement;
-  const look = (i) => MODEL_LOOKS[i % MODEL_LOOKS.length];
-  const lines = models.map(([, y], i) => ({ kind: "line", x: X, y, colour: look(i)[0], dash: look(i)[1] }));
+  const x = S.displacement;
+  if (!byId("plot-displacement")) return;
+  const models = Object.entries(data.predicted).map(([title, y], i) => {
+    const rest = x.map((v, k) => (known(v) && known(y[k]) ? v - y[k] : null)), sure = rest.filter(known);
+    const rmse = sure.length ? Math.sqrt(sure.reduce((sum, r) => sum + r * r, 0) / sure.length) : Infinity;
+    return { title, y, rest, rmse, look: modelLook(i), on: i === 0 };
+  });
+  const best = models.reduce((a, b) => (b.rmse < a.rmse ? b : a), models[0]);
+  if (best) best.on = true;
   const points = { kind: "points", x: X, y: x, colour: "var(--series)", hollow: data.flagged };
-  against("plot-displacement", "measured and predicted displacement", "displacement (mm)", [...lines, points],
-    [near(x, models.flatMap((m) => m[1]), x)], (at) => [[X[at], x[at]]]);
-  const rest = models.map(([, y]) => x.map((v, i) => (known(v) && known(y[i]) ? v - y[i] : null)));
-  against("plot-residual", "measured minus predicted displacement", "measured − predicted (mm)", [
-    { kind: "level", y: 0, label: "", colour: "var(--soft)", dash: "1 0" },
-    ...rest.map((y, i) => ({ kind: "line", x: X, y, colour: look(i)[0], dash: look(i)[1] })),
-    ...rest.map((y, i) => ({ kind: "points", x: X, y, colour: look(i)[0] })),
-  ], [near([0], rest.flat(), x)], (at) => rest.map((y) => [X[at], y[at]]));
+  const zero = { kind: "level", y: 0, label: "", colour: "var(--soft)", dash: "1 0" };
+  const seen = () => models.filter((m) => m.on);
+  const line = (m, y) => ({ kind: "line", x: X, y, colour: m.look[0], dash: m.look[1] });
+  const dots = (m) => ({ kind: "points", x: X, y: m.rest, colour: m.look[0] });
+  const both = [
+    against("plot-displacement", "measured and predicted displacement", "displacement (mm)", [],
+      [near(x, models.flatMap((m) => m.y), x)], (at) => [[X[at], x[at]]]),
+    against("plot-residual", "measured minus predicted displacement", "measured − predicted (mm)", [],
+      [near([0], models.flatMap((m) => m.rest), x)], (at) => seen().map((m) => [X[at], m.rest[at]])),
+  ];
+  const fill = () => {
+    const layers = [
+      [...seen().map((m) => line(m, m.y)), points],
+      [zero, ...seen().flatMap((m) => [line(m, m.rest), dots(m)])],
+    ];
+    both.forEach((plot, i) => { plot.spec.layers = [bands(), ...layers[i], ...onsets()]; plot.draw(); });
+  };
   const legend = byId("legend-models");
-  if (!legend) return;
   legendItem(legend, "var(--series)", "measured (hollow: flagged)");
-  models.forEach(([title], i) => legendItem(legend, look(i)[0], title, look(i)[1]));
+  for (const m of models) {
+    const label = legendItem(legend, m.look[0], `${m.title}: ${Number.isFinite(m.rmse) ? m.rmse.toPrecision(2) + " mm RMSE" : "no value"}`, m.look[1], "label");
+    const box = html("input", { type: "checkbox" });
+    box.checked = m.on;
+    box.addEventListener("change", () => { m.on = box.checked; fill(); });
+    label.prepend(box);
+  }
+  fill();
+}
+
+function legendItem(host, colour, text, dash, kind) {
+  const item = html(kind || "span", {}, host), line = svg("svg", { viewBox: "0 0 24 6", style: "width:24px;height:6px;flex:none" }, item);
+  svg("line", { x1: 0, x2: 24, y1: 3, y2: 3, stroke: colour, "stroke-width": 3, "stroke-dasharray": dash || "" }, line);
+  html("span", {}, item, text);
+  return item;
 }
 
 // A model may run far away; the plot shows it no farther than the measured values' own span.
@@ -106,12 +138,6 @@ function near(sure, others, measured) {
   const [low, high] = span(sure), [a, b] = span(measured), reach = b - a;
   const [from, to] = span(sure, others);
   return [Math.max(from, low - reach), Math.min(to, high + reach)];
-}
-
-function legendItem(host, colour, text, dash) {
-  const item = html("span", {}, host), line = svg("svg", { viewBox: "0 0 24 6", style: "width:24px;height:6px" }, item);
-  svg("line", { x1: 0, x2: 24, y1: 3, y2: 3, stroke: colour, "stroke-width": 3, "stroke-dasharray": dash || "" }, line);
-  html("span", {}, item, text);
 }
 
 function drawKymograph() {

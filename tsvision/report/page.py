@@ -44,7 +44,7 @@ def write_report(
     """
     measured = read_measured(Path(measure_dir))
     chosen = _chosen(measured)
-    pictures = _frames(recording, chosen) if recording else {}
+    pictures = shown.frames_at(recording, chosen) if recording else {}
     data = page_data(measured, chosen, pictures)
     in_px = data["unit"] == "px"
     text = render(
@@ -159,17 +159,6 @@ def _start(chosen: list[int], knots: np.ndarray) -> int:
     """The page opens at the last frame with a knot, else in the middle."""
     with_knots = [i for i, at in enumerate(chosen) if knots[at] > 0]
     return with_knots[-1] if with_knots else len(chosen) // 2
-
-
-def _frames(recording: Recording, chosen: list[int]) -> dict[int, Frame]:
-    """The chosen frames; a folder is read at those places alone, a video from start to end."""
-    from tsvision.images.frames import iter_frames
-
-    if recording.kind == "folder":
-        return {i: f for i in chosen for f in iter_frames(recording, i, i + 1)}
-    wanted = set(chosen)
-    found = iter_frames(recording, chosen[0], chosen[-1] + 1) if chosen else iter(())
-    return {f.index: f for f in found if f.index in wanted}
 
 
 def _shown(

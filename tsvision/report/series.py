@@ -10,6 +10,8 @@ import pandas as pd
 
 from tsvision.report.palette import phase_key
 
+BASE_MODEL = "constant_radius"  # the paper's; it comes first
+
 
 @dataclass(frozen=True)
 class Abscissa:
@@ -89,6 +91,6 @@ def predictions(
     known = {k: float(v) for k, v in given.items() if v is not None and np.isfinite(float(v))}
     return {
         model.title: model.displacement_mm(turns, **model.geometry(known))
-        for model in MODELS.values()
+        for model in sorted(MODELS.values(), key=lambda m: m.name != BASE_MODEL)
         if set(model.parameters) <= set(known)
     }

@@ -8,7 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from tsvision.records import Frame, FrameRow, KnotSighting, Profile
+from tsvision.records import Frame, FrameRow, KnotSighting, Profile, Recording
 from tsvision.report.overlay import finite_pieces
 from tsvision.report.pictures import data_uri, display_bgr, fit_within, jpeg_within
 from tsvision.report.trace import Trace, trace_frame
@@ -25,6 +25,17 @@ def choose(count: int, most: int, wanted: Iterable[int] = ()) -> list[int]:
     must = {i for i in wanted if 0 <= i < count}
     spread = np.linspace(0, count - 1, max(2, most - len(must))).round().astype(int)
     return sorted(must | set(spread.tolist()))
+
+
+def frames_at(recording: Recording, chosen: list[int]) -> dict[int, Frame]:
+    """The chosen frames; a folder is read at those places alone, a video from start to end."""
+    from tsvision.images.frames import iter_frames
+
+    if recording.kind == "folder":
+        return {i: f for i in chosen for f in iter_frames(recording, i, i + 1)}
+    wanted = set(chosen)
+    found = iter_frames(recording, chosen[0], chosen[-1] + 1) if chosen else iter(())
+    return {f.index: f for f in found if f.index in wanted}
 
 
 def window_px(traces: list[Trace], width: int, height: int) -> tuple[int, int, int, int]:

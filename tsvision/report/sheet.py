@@ -1,0 +1,77 @@
+"""A contact sheet: the recording at a glance, overlays side by side as one PNG."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from tsvision.atomic import write_bytes
+from tsvision.errors import InputError
+from tsvision.records import Recording
+from tsvision.report import shown
+from tsvision.report.measured import Measured, read_measured
+from tsvision.report.overlay import draw_overlay, with_caption
+from tsvision.report.pictures import fit_within
+
+SHEET_NAME = "sheet.png"
+_GAP_PX = 8
+
+
+def write_sheet(
+    measure_dir: Path,
+    recording: Recording,
+    out: Path | None = None,
+    most: int = 24,
+    width_px: int = 2400,
+) -> Path:
+    """Write evenly chosen frames, cut to the bundle's surroundings, as one PNG of `width_px`.
+
+    `out` defaults to `sheet.png` in the measure folder. InputError when no frame is readable.
+    """
+    measured = read_measured(Path(measure_dir))
+    path = Path(out) if out else measured.folder / SHEET_NAME
+    chosen = shown.choose(len(measured.frames), most)
+    tiles = _tiles(measured, recording, chosen)
+    if not tiles:
+        raise InputError(
+            f"{recording.source}: no frame could be decoded; nothing to put on a sheet"
+        )
+    _, data = cv2.imencode(".png", lay_out(tiles, width_px))
+    write_bytes(path, data.tobytes())
+    return path
+
+
+def lay_out(tiles: list[np.ndarray], width_px: int) -> np.ndarray:
+    """Tiles (any sizes, BGR) in rows on white, as many columns as make the sheet about 4 : 3."""
+    aspect = max(t.shape[1] for t in tiles) / max(t.shape[0] for t in tiles)
+    columns = max(1, min(len(tiles), round(math.sqrt(len(tiles) * 4 / 3 / aspect))))
+    room = (width_px - _GAP_PX * (columns + 1)) // columns
+    small = [fit_within(t, room, 10**6) for t in tiles]
+    height = max(t.shape[0] for t in small)
+    rows = math.ceil(len(small) / columns)
+    sheet = np.full((rows * (height + _GAP_PX) + _GAP_PX, width_px, 3), 255, np.uint8)
+    for i, tile in enumerate(small):
+        y = _GAP_PX + (i // columns) * (height + _GAP_PX)
+        x = _GAP_PX + (i % columns) * (room + _GAP_PX)
+        sheet[y : y + tile.shape[0], x : x + tile.shape[1]] = tile
+    return sheet
+
+
+def _tiles(measured: Measured, recording: Recording, chosen: list[int]) -> list[np.ndarray]:
+    frames = shown.frames_at(recording, chosen)
+    rows = [measured.row(i) for i in chosen]
+    profiles = [measured.profile(r.frame, r.mm_per_px) for r in rows]
+    knots = [measured.sightings(r.frame) for r in rows]
+    traces = shown.trace_all(rows, profiles, knots)
+    tiles = []
+    for i, row, profile, seen in zip(chosen, rows, profiles, knots, strict=True):
+        frame = frames.get(i)
+        if frame is None or frame.pixels is None:
+            continue
+        x0, y0, x1, y1 = shown.window_px(traces, frame.pixels.shape[1], frame.pixels.shape[0])
+        drawn = draw_overlay(frame.pixels, row, profile, seen, zoom=2, caption=False)
+        tiles.append(with_caption(drawn[2 * y0 : 2 * y1, 2 * x0 : 2 * x1], row))
+    return tiles
