@@ -40,10 +40,11 @@ def command(
 
     Exit code 0: observed, 3: not observed (the recording ends first), 4: undetermined.
     """
+    from tsvision.timeline.many import read_summary
     from tsvision.timeline.told import line
 
     told = (
-        _read(Path(recording))
+        read_summary(Path(recording))
         if _is_measured(Path(recording))
         else _measure(recording, turns, turns_per_frame, turns_from_name, rig_path, overrides)
     )
@@ -62,21 +63,6 @@ def _is_measured(folder: Path) -> bool:
     return (folder / "summary.json").is_file() and (
         (folder / "frames.parquet").is_file() or (folder / "frames.csv").is_file()
     )
-
-
-def _read(folder: Path) -> dict[str, Any]:
-    """The summary of a measured folder, and the account's extras if it was written without."""
-    from tsvision.errors import InputError
-
-    try:
-        told: dict[str, Any] = json.loads((folder / "summary.json").read_text())
-    except (OSError, ValueError) as problem:
-        raise InputError(
-            f"{folder / 'summary.json'} cannot be read ({problem}); measure the recording anew"
-        ) from problem
-    if "knot_onset" not in told:
-        raise InputError(f"{folder / 'summary.json'} holds no onsets; measure the recording anew")
-    return told
 
 
 def _measure(

@@ -10,7 +10,7 @@ BASE = {"tsvision", "tsvision.records", "tsvision.units", "tsvision.flags", "tsv
 ALLOWED = {
     "tsvision.images": set(),
     "tsvision.measures": {"tsvision.images"},
-    "tsvision.timeline": {"tsvision.measures", "tsvision.images"},
+    "tsvision.timeline": {"tsvision.measures", "tsvision.images", "tsvision.data", "tsvision.atomic"},
     "tsvision.models": {"tsvision.data"},
     "tsvision.mechanisms": {"tsvision.models"},
     "tsvision.diagnosis": {"tsvision.models", "tsvision.mechanisms", "tsvision.data"},
