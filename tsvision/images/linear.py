@@ -1,0 +1,75 @@
+"""Pixels to linear light, and to the one signal in which the strings stand out.
+
+Edges are found in linear light because blur acts there: an encoded picture makes a bright strand
+wider and a dark one narrower by up to half a pixel a side. The signal is luma where luma carries
+the strings, else the colour direction that separates them from the ground (equal luma, another
+hue).
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+# BT.709 luma weights in OpenCV's channel order (blue, green, red), for linear light.
+LUMA_BGR = np.array([0.0722, 0.7152, 0.2126], dtype=np.float32)
+
+
+def _decode_table(levels: int, gamma: float) -> np.ndarray:
+    code = np.linspace(0.0, 1.0, levels)
+    if np.isfinite(gamma):
+        return (code**gamma).astype(np.float32)
+    srgb = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
+    return srgb.astype(np.float32)
+
+
+def to_linear(pixels: np.ndarray, gamma: float = float("nan")) -> np.ndarray:
+    """Linear light in 0..1, float32, same shape as `pixels` (uint8 or uint16, grey or BGR).
+
+    `gamma` is the decoding exponent; NaN means the sRGB curve, which cameras and phones write
+    into 8-bit files; 1 means that the file holds linear light.
+    """
+    if pixels.dtype == np.uint8:
+        return cv2.LUT(pixels, _decode_table(256, gamma))
+    if pixels.dtype == np.uint16:
+        return _decode_table(65536, gamma)[pixels]
+    raise TypeError(f"pixels must be uint8 or uint16, not {pixels.dtype}")
+
+
+def project(linear: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """The signal, (H, W) float32: `linear` itself when grey, else its weighted sum of channels."""
+    if linear.ndim == 2:
+        return linear
+    row = np.asarray(weights, dtype=np.float32).reshape(1, 3)
+    return cv2.transform(linear, row).reshape(linear.shape[:2])
+
+
+def luma_is_enough(separation: float) -> bool:
+    """Luma is kept while it separates strings from ground by this many standard deviations: its
+    edges are sharper than those of JPEG and video chroma, which are stored at half resolution."""
+    return separation >= 3.0
+
+
+def best_weights(strings: np.ndarray, ground: np.ndarray) -> tuple[np.ndarray, float]:
+    """Channel weights (3,) and the separation (in sd) that they reach.
+
+    strings, ground: (n, 3) linear BGR samples on the bundle and beside it. Fisher's linear
+    discriminant with a ridge, so that a channel without light cannot dominate.
+    """
+    difference = strings.mean(0) - ground.mean(0)
+    scatter = 0.5 * (np.cov(strings.T) + np.cov(ground.T))
+    scatter += np.eye(3) * (1e-6 + 0.02 * np.trace(scatter))
+
+    def separation(w: np.ndarray) -> float:
+        return float(abs(w @ difference) / np.sqrt(w @ scatter @ w))
+
+    luma = separation(LUMA_BGR)
+    if luma_is_enough(luma):
+        return LUMA_BGR.copy(), luma
+    weights = np.linalg.solve(scatter, difference)
+    weights /= np.abs(weights).sum()
+    reached = separation(weights)
+    # A small advantage does not pay for chroma's coarser edges.
+    if reached < 1.5 * luma:
+        return LUMA_BGR.copy(), luma
+    return weights.astype(np.float32), reached

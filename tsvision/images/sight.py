@@ -1,0 +1,421 @@
+"""What stands still in a recording, found once: axis, separator's side, connector, the signal.
+
+The camera does not move, the strands do. A few frames spread over the recording vote; every later
+frame is cut along the same axis and only its strands are measured anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numba
+import numpy as np
+
+from tsvision.images.axis import Ridge, find_ridges
+from tsvision.images.linear import LUMA_BGR, best_weights, project, to_linear
+from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
+
+MASK_LEVEL = 0.35  # of the core's contrast; rough edges only, the sub-pixel ones follow
+
+
+@dataclass(frozen=True)
+class Sight:
+    """How to look at every frame of one recording.
+
+    axis: s = 0 where the strings' side of the picture begins (refined to the separator's face by
+    the measures), growing towards the motor connector. weights (3,): channel weights of the
+    signal. sense: +1 strings brighter than the ground. width_px: rough outer width of the bundle.
+    start_px, end_px: s between which strings may lie. connector_px: s of the connector's face,
+    NaN when out of view. legs_seen: whether the separator's side was decided by the legs.
+    """
+
+    axis: Axis
+    weights: np.ndarray
+    sense: int
+    width_px: float
+    start_px: float
+    end_px: float
+    connector_px: float
+    legs_seen: bool
+    separation: float
+    gamma: float
+
+
+def signal_picture(pixels: np.ndarray, weights: np.ndarray, gamma: float) -> np.ndarray:
+    """Linear-light signal of a picture, (H, W) float32."""
+    return project(to_linear(pixels, gamma), weights)
+
+
+def ground_level(values: np.ndarray, inner_px: float) -> np.ndarray:
+    """Ground under every sample of a strip (R, M), from what lies outside |n| > inner_px.
+
+    A parabola along s on each side, fitted so that separator, legs and connector count as
+    outliers, and a straight line across. NaN-safe.
+    """
+    half = values.shape[0] // 2
+    n = np.arange(-half, half + 1)
+    levels = []
+    for outside in (n < -inner_px, n > inner_px):
+        if not outside.any():
+            outside = np.abs(n) == half
+        rows = values[outside][:: max(1, int(outside.sum()) // 10)]
+        levels.append(_robust_parabola(_nan_median(rows)))
+    part = ((n + half) / max(2.0 * half, 1.0))[:, None]
+    return (levels[0] * (1.0 - part) + levels[1] * part).astype(np.float32)
+
+
+def _nan_median(rows: np.ndarray) -> np.ndarray:
+    if not np.isnan(rows).any():
+        return np.median(rows, axis=0)
+    ordered = np.sort(rows, axis=0)
+    count = (~np.isnan(rows)).sum(axis=0)
+    middle = np.clip((count - 1) // 2, 0, rows.shape[0] - 1)
+    out = ordered[middle, np.arange(rows.shape[1])]
+    return np.where(count > 0, out, np.nan)
+
+
+def _robust_parabola(level: np.ndarray) -> np.ndarray:
+    """A parabola through most of `level` (M,); a constant where little is known."""
+    x = np.linspace(-1.0, 1.0, level.size)
+    pick = slice(None, None, max(1, level.size // 200))
+    xs, ys = x[pick], level[pick]
+    known = ~np.isnan(ys)
+    xs, ys = xs[known], ys[known]
+    if xs.size < 8:
+        return np.full(level.size, float(np.median(ys)) if xs.size else 0.0)
+    middle = float(np.median(ys))
+    spread = 1.4826 * float(np.median(np.abs(ys - middle)))
+    noise = 1.4826 * float(np.median(np.abs(np.diff(ys)))) + 1e-4
+    fitted = np.full(xs.size, middle)
+    powers = np.stack([np.ones_like(xs), xs, xs * xs], 1)
+    coefficients = np.array([middle, 0.0, 0.0])
+    scale = max(1.5 * spread, 2.0 * noise)
+    for _ in range(15):
+        weight = 1.0 / (1.0 + ((ys - fitted) / scale) ** 2)
+        design = powers * weight[:, None]
+        coefficients = np.linalg.lstsq(design, ys * weight, rcond=1e-6)[0]
+        fitted = powers @ coefficients
+        scale = max(0.7 * scale, 2.0 * noise)
+    return coefficients[0] + coefficients[1] * x + coefficients[2] * x * x
+
+
+def string_mask(contrast: np.ndarray, thin_px: float, level: float = MASK_LEVEL) -> np.ndarray:
+    """Where strings lie in a contrast strip (core about 1): bool, same shape.
+
+    Valleys between strands are closed, fibres thinner than `thin_px` opened away. |contrast| is
+    used because the shadow side of a strand can be darker than the ground.
+    """
+    raw = (np.abs(np.nan_to_num(contrast)) > level).astype(np.uint8)
+    k = max(1, round(thin_px))
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (k | 1, k | 1))
+    return cv2.morphologyEx(cv2.morphologyEx(raw, cv2.MORPH_CLOSE, kernel), cv2.MORPH_OPEN, kernel)
+
+
+def find_sight(
+    pictures: list[np.ndarray],
+    roi_px: tuple[int, int, int, int] | None = None,
+    widths_px: tuple[float, float] | None = None,
+    gamma: float = float("nan"),
+    side: str = "auto",
+) -> Sight | None:
+    """Look at some frames of one recording (same size) and find what stands still.
+
+    pictures: uint8/uint16, grey or BGR. widths_px: smallest and largest bundle width that the rig
+    makes possible. side: left | right | top | bottom | auto. None when no bundle is in view.
+    """
+    ridges = find_ridges(pictures, roi_px, widths_px)
+    if not ridges:
+        return None
+    linears = [to_linear(p, gamma) for p in pictures]
+    few = [linears[i] for i in sorted({0, len(linears) // 2, len(linears) - 1})]
+    shape = pictures[0].shape[:2]
+    ridges = [*ridges, *_bisectors(ridges, shape)]
+    trials = [_settle(few, _axis_of(r, shape, roi_px), r.width_px) for r in ridges]
+    best = max(trials, key=lambda trial: trial[2])
+    axis, width, _ = _settle(linears, best[0], best[1])[:3]
+    half = int(np.ceil(4.0 * width)) + 6
+    strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
+    weights, separation = _signal(strips, 0.5 * width)
+    contrasts = [_contrast(s, weights, width) for s in strips]
+    core = np.nanmedian([np.nanmedian(_raw_core(s, weights, width)) for s in strips])
+    sense = 1 if core >= 0 else -1
+    masks = [string_mask(c, 0.2 * width) for c in contrasts]
+    near, far = _leg_columns(masks, half, width)
+    legs = near != far
+    flip = far > near if side == "auto" else _needs_flip(axis, side)
+    if flip:
+        axis = axis.reversed()
+        masks = [m[::-1, ::-1] for m in masks]
+    start, end, connector = _extent(masks, half, width)
+    return Sight(
+        axis=axis, weights=np.asarray(weights), sense=sense, width_px=width, start_px=start,
+        end_px=end, connector_px=connector, legs_seen=bool(legs), separation=separation,
+        gamma=gamma,
+    )
+
+
+def _bisectors(ridges: list[Ridge], shape: tuple[int, int]) -> list[Ridge]:
+    """Lines halfway between two crossing ridges: with few turns the legs outshine the bundle, and
+    the bundle goes on where they meet, between them."""
+    lines = []
+    for i, a in enumerate(ridges):
+        for b in ridges[:i]:
+            ua = np.array([np.cos(a.angle_rad), np.sin(a.angle_rad)])
+            ub = np.array([np.cos(b.angle_rad), np.sin(b.angle_rad)])
+            if ua @ ub < 0:
+                ub = -ub
+            opening = float(np.arccos(np.clip(ua @ ub, -1.0, 1.0)))
+            alike = 0.5 < a.width_px / b.width_px < 2.0 and a.channel == b.channel
+            if not alike or opening < np.deg2rad(8.0):
+                continue
+            t, _ = np.linalg.solve(
+                np.stack([ua, -ub], 1), np.array(b.centre_px) - np.array(a.centre_px)
+            )
+            meet = np.array(a.centre_px) + t * ua
+            if not (0 <= meet[0] < shape[1] and 0 <= meet[1] < shape[0]):
+                continue
+            middle = ua + ub
+            angle = float(np.arctan2(middle[1], middle[0]))
+            width = 0.5 * (a.width_px + b.width_px)
+            lines.append(
+                Ridge((float(meet[0]), float(meet[1])), angle, width, a.sense, a.channel, 0.0)
+            )
+    return lines[:3]
+
+
+def _settle(linears: list[np.ndarray], axis: Axis, width: float) -> tuple[Axis, float, float]:
+    """Refine a candidate axis on some frames; returns axis, width and how much speaks for it.
+
+    What speaks for a bundle: columns with one run of its width on the axis, and beyond them
+    columns with a leg on either side. A leg taken for the axis has neither behind the apex.
+    """
+    support = 0.0
+    for turn in range(3):
+        half = int(np.ceil(3.2 * width)) + 6
+        strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
+        weights, _ = _signal(strips, 0.5 * width)
+        masks = [string_mask(_contrast(s, weights, width), 0.2 * width) for s in strips]
+        if turn == 2:
+            support = sum(_support(m, half, width) for m in masks) / len(masks)
+        axis, width = _refine(axis, masks, half, width)
+    return axis, width, support
+
+
+def _support(mask: np.ndarray, half: int, width: float) -> float:
+    low, high = _scan(mask, half, 0.25 * width)[:2]
+    size, centre = high - low + 1, 0.5 * (low + high)
+    with np.errstate(invalid="ignore"):
+        single = (np.abs(centre) < 0.3 * width) & (size > 0.35 * width) & (size < 1.7 * width)
+    legs = _legs(mask, half, width)
+    middle = np.median(np.flatnonzero(single)) if single.any() else 0.0
+    s = np.arange(mask.shape[1])
+    one_end = max(legs[s < middle].sum(), legs[s >= middle].sum())
+    return float(single.sum() + 2.0 * one_end)
+
+
+def _axis_of(ridge: Ridge, shape: tuple[int, int], roi) -> Axis:
+    """The ridge's line across the picture (or the region), from left to right or top to bottom."""
+    x0, y0, w, h = roi if roi else (0, 0, shape[1], shape[0])
+    u = np.array([np.cos(ridge.angle_rad), np.sin(ridge.angle_rad)])
+    if u[0] < -1e-9 or (abs(u[0]) <= 0.5 and u[1] < 0):
+        u = -u
+    return _clip_line(np.array(ridge.centre_px), u, (x0, y0, x0 + w - 1, y0 + h - 1))
+
+
+def _clip_line(point: np.ndarray, u: np.ndarray, box: tuple[float, float, float, float]) -> Axis:
+    low, high = -np.inf, np.inf
+    for i, (a, b) in enumerate(((box[0], box[2]), (box[1], box[3]))):
+        if abs(u[i]) < 1e-12:
+            continue
+        t = sorted(((a - point[i]) / u[i], (b - point[i]) / u[i]))
+        low, high = max(low, t[0]), min(high, t[1])
+    return straight_axis(point + low * u, point + high * u)
+
+
+def _signal(strips: list[Strip], half_core: float) -> tuple[np.ndarray, float]:
+    if strips[0].values.ndim == 2:
+        return LUMA_BGR, float("nan")
+    core, ground = [], []
+    for strip in strips:
+        n = np.arange(-strip.half_px, strip.half_px + 1)
+        inner = strip.values[np.abs(n) < max(0.5 * half_core, 1.0)][:, ::3]
+        outer = strip.values[np.abs(n) > 3.0 * half_core][:, ::3]
+        core.append(inner.reshape(-1, 3))
+        ground.append(outer.reshape(-1, 3))
+    inner, outer = np.concatenate(core), np.concatenate(ground)
+    inner, outer = inner[~np.isnan(inner).any(1)], outer[~np.isnan(outer).any(1)]
+    # Keep to what the strings look like most of the way: separator and connector are elsewhere.
+    for _ in range(2):
+        inner = inner[_near_median(inner)]
+        outer = outer[_near_median(outer)]
+    return best_weights(inner, outer)
+
+
+def _near_median(samples: np.ndarray) -> np.ndarray:
+    distance = np.linalg.norm(samples - np.median(samples, axis=0), axis=1)
+    return distance <= 2.5 * np.median(distance) + 1e-9
+
+
+def _raw_core(strip: Strip, weights: np.ndarray, width: float) -> np.ndarray:
+    values = project(strip.values, weights)
+    n = np.arange(-strip.half_px, strip.half_px + 1)
+    return _nan_median((values - ground_level(values, 1.3 * width))[np.abs(n) < 0.2 * width])
+
+
+def _contrast(strip: Strip, weights: np.ndarray, width: float) -> np.ndarray:
+    """Signal minus ground, in units of the core's median contrast (core is about +1)."""
+    values = project(strip.values, weights)
+    n = np.arange(-strip.half_px, strip.half_px + 1)
+    values = values - ground_level(values, 1.3 * width)
+    core = np.abs(n) <= max(0.2 * width, 1.0)
+    level = np.nanmedian(_nan_median(values[core]))
+    return values / (level if abs(level) > 1e-6 else 1e-6)
+
+
+@numba.njit(cache=True)
+def _scan(mask, half, near):  # pragma: no cover - compiled
+    """Runs of mask nearest to the axis: out (6, M) = central low, high, then the nearest run
+    below (low, high) and above (low, high) where no run comes within `near` of n = 0."""
+    rows, columns = mask.shape
+    out = np.full((6, columns), np.nan)
+    for c in range(columns):
+        r = 0
+        best = 1e9
+        while r < rows:
+            if mask[r, c] == 0:
+                r += 1
+                continue
+            first = r
+            while r < rows and mask[r, c] > 0:
+                r += 1
+            low, high = first - half, r - 1 - half
+            distance = 0.0 if low <= 0 <= high else float(min(abs(low), abs(high)))
+            if distance <= near and distance < best:
+                best = distance
+                out[0, c], out[1, c] = low, high
+            if high < -near:
+                out[2, c], out[3, c] = low, high
+            elif low > near and np.isnan(out[4, c]):
+                out[4, c], out[5, c] = low, high
+        if not np.isnan(out[0, c]):
+            out[2:, c] = np.nan
+    return out
+
+
+def _refine(
+    axis: Axis, masks: list[np.ndarray], half: int, width: float
+) -> tuple[Axis, float]:
+    """Robust line through the runs' middles of all frames, and the bundle's typical outer width.
+
+    Where two legs run beside the axis their midpoint counts: it lies on the axis too.
+    """
+    s_all, c_all, w_all = [], [], []
+    for mask in masks:
+        low, high, below_low, below_high, above_low, above_high = _scan(mask, half, 0.25 * width)
+        size, centre = high - low + 1, 0.5 * (low + high)
+        with np.errstate(invalid="ignore"):
+            ok = (size > 0.25 * width) & (size < 1.8 * width) & (np.abs(centre) < 0.5 * width)
+            thin = np.maximum(below_high - below_low, above_high - above_low) < 1.2 * width
+        between = 0.25 * (below_low + below_high + above_low + above_high)
+        legs = np.isfinite(between) & thin
+        s_all += [np.flatnonzero(ok).astype(float), np.flatnonzero(legs).astype(float)]
+        c_all += [centre[ok], between[legs]]
+        w_all.append(size[ok])
+    s, c, w = (np.concatenate(v) for v in (s_all, c_all, w_all))
+    if s.size < 20 or w.size < 5:
+        return axis, width
+    typical = float(np.percentile(w, 75))
+    weight = np.ones_like(s)
+    line = np.zeros(2)
+    for _ in range(12):
+        design = np.stack([s, np.ones_like(s)], 1) * weight[:, None]
+        line, *_ = np.linalg.lstsq(design, c * weight, rcond=None)
+        r = (c - s * line[0] - line[1]) / (0.3 * typical)
+        weight = 1.0 / (1.0 + r * r)
+    ends = np.array([0.0, axis.length_px])
+    u = axis.tangent(np.array(0.0))
+    normal = np.array([-u[1], u[0]])
+    points = axis.at(ends) + (ends * line[0] + line[1])[:, None] * normal
+    return straight_axis(points[0], points[1]), float(np.clip(typical, 3.0, 1.5 * width))
+
+
+def _legs(mask: np.ndarray, half: int, width: float) -> np.ndarray:
+    """Columns (M,) bool with a thin run on either side of the axis and a gap between."""
+    _, _, below_low, below_high, above_low, above_high = _scan(mask, half, 0.1 * width)
+    with np.errstate(invalid="ignore"):
+        thin = np.maximum(below_high - below_low, above_high - above_low) < 1.2 * width
+        alike = np.abs(below_high + above_low) < 0.35 * (above_low - below_high) + 0.3 * width
+    return thin & alike
+
+
+def _leg_columns(masks: list[np.ndarray], half: int, width: float) -> tuple[float, float]:
+    """How many leg columns lie before and after the middle of the single-run columns."""
+    inner = np.abs(np.arange(-half, half + 1)) < 0.2 * width
+    near = far = 0.0
+    for mask in masks:
+        legs = _legs(mask, half, width)
+        single = np.flatnonzero((mask[inner] > 0).mean(0) > 0.8)
+        if single.size:
+            s = np.arange(mask.shape[1])
+            near += float(legs[s < np.median(single)].sum())
+            far += float(legs[s > np.median(single)].sum())
+    return near, far
+
+
+def _needs_flip(axis: Axis, side: str) -> bool:
+    u = axis.tangent(np.array(0.0))
+    forward = {"left": u[0], "right": -u[0], "top": u[1], "bottom": -u[1]}
+    return forward.get(side, 1.0) < 0.0
+
+
+def _extent(masks: list[np.ndarray], half: int, width: float) -> tuple[float, float, float]:
+    """(start, end, connector) along s: where strings may lie, and the connector's face if seen.
+
+    The connector is wide, and it stands still while the strands' edges swing from frame to frame.
+    """
+    columns = masks[0].shape[1]
+    lows, highs = zip(*(_scan(m, half, 0.25 * width)[:2] for m in masks), strict=True)
+    low, high = np.array(lows), np.array(highs)
+    size = high - low + 1
+    with np.errstate(all="ignore"):
+        import warnings
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            typical = np.nanmedian(size, axis=0)
+            swing = np.nanstd(low, axis=0) + np.nanstd(high, axis=0)
+    seen = np.isfinite(size).mean(axis=0) > 0.5
+    wide = seen & (typical > 1.6 * width)
+    if len(masks) >= 3:
+        wide &= swing < 0.12 * width
+    connector = float("nan")
+    end = float(columns - 1)
+    # Walk inwards from the far end: the connector reaches from some column to the picture's edge.
+    hold = max(int(0.3 * width), 3)
+    s = columns - 1
+    while s > 0 and not seen[s]:
+        s -= 1
+    if s > hold and wide[max(s - 3 * hold, 0) : s + 1].mean() > 0.5:
+        face = s
+        misses = 0
+        while face > 0 and misses <= hold:
+            face -= 1
+            misses = 0 if wide[face] else misses + 1
+        connector = float(face + misses)
+        end = connector
+    else:
+        end = float(s)
+    first = int(np.argmax(seen)) if seen.any() else 0
+    return float(first), end, connector
+
+
+def reframe(sight: Sight, axis: Axis, shift_px: float) -> Sight:
+    """The same sight with its axis replaced and s shifted by `shift_px`."""
+    return replace(
+        sight,
+        axis=axis,
+        start_px=sight.start_px - shift_px,
+        end_px=sight.end_px - shift_px,
+        connector_px=sight.connector_px - shift_px,
+    )

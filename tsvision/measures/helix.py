@@ -1,0 +1,397 @@
+"""The silhouette of twisted strands, and the fit of it to two measured edges.
+
+A bundle of N round strands on a fixed section turns about its own centre line, and that line may
+itself coil about the zone's axis (helix of helix). A tube's silhouette in projection is the
+envelope of discs along its projected centre line; the bundle's is the outermost of all strands.
+Both edges and their derivatives come from the same contact points: at a maximum the contact point
+may be held fixed while a parameter changes (envelope theorem), so that the Jacobian costs little
+more than the silhouette.
+
+Parameters, in px and rad, z running along the axis from the middle of the window:
+  rho    strand radius; strand centres lie at a_i = 2 rho * site radius (sites in units of d)
+  k, phi strand rate and phase about the bundle's centre line (relative to the line's own frame)
+  y0, m  offset and slope of the axis
+  rc, kc, phic  radius, rate and phase of the coiling; rc = 0 for a straight bundle
+  edge   how far both measured edges lie outside the true ones
+Relative signs of k and kc are taken as equal: the bundle coils in the sense in which it is twisted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numba
+import numpy as np
+
+RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE = range(9)
+PARAMETERS = 9
+STRAIGHT = (RHO, K, PHI, Y0, SLOPE, EDGE)
+COILED = (RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE)
+
+
+@dataclass(frozen=True)
+class Section:
+    """Strand centres: radius in units of d and angle in rad, both (N,)."""
+
+    name: str
+    radius_d: np.ndarray
+    angle_rad: np.ndarray
+
+    @property
+    def diameter_d(self) -> float:
+        """Outer diameter in units of d."""
+        return 1.0 + 2.0 * float(self.radius_d.max())
+
+
+@dataclass(frozen=True)
+class HelixFit:
+    """Result of a fit: `p` (9,) and its covariance (9, 9), rms residual px, robust cost."""
+
+    p: np.ndarray
+    covariance: np.ndarray
+    rms_px: float
+    cost: float
+    points: int
+    section: Section
+    z_px: tuple[float, float]
+
+    @property
+    def coiled(self) -> bool:
+        return bool(self.p[RC] > 0.0)
+
+    @property
+    def diameter_px(self) -> float:
+        return float(2.0 * self.p[RHO] * self.section.diameter_d)
+
+    @property
+    def diameter_px_sd(self) -> float:
+        return float(2.0 * self.section.diameter_d * np.sqrt(max(self.covariance[RHO, RHO], 0.0)))
+
+    def twist_per_px(self) -> float:
+        """Strand turns about the bundle's own centre line per px of that line, in 1/px.
+
+        The line's frame turns with its torsion, kc / (1 + kappa^2) per px, beside the strands' k.
+        """
+        q2 = 1.0 + (self.p[RC] * self.p[KC]) ** 2
+        rate = self.p[K] / np.sqrt(q2) + (self.p[KC] / q2 if self.coiled else 0.0)
+        return float(abs(rate) / (2.0 * np.pi))
+
+    @property
+    def pitch_px(self) -> float:
+        """Along the bundle's own centre line."""
+        return 1.0 / max(self.twist_per_px(), 1e-12)
+
+    @property
+    def stretch(self) -> float:
+        """Length of the bundle's centre line per length of axis, sqrt(1 + kappa^2)."""
+        return float(np.sqrt(1.0 + (self.p[RC] * self.p[KC]) ** 2))
+
+    @property
+    def envelope_px(self) -> float:
+        """Outer diameter about the straight axis, coiling included."""
+        return self.diameter_px + 2.0 * float(self.p[RC])
+
+    def derived(self) -> tuple[np.ndarray, np.ndarray]:
+        """(D, pitch, tan beta) and their covariance (3, 3), to first order."""
+
+        def values(p: np.ndarray) -> np.ndarray:
+            f = replace(self, p=p)
+            return np.array([f.diameter_px, f.pitch_px, np.pi * f.diameter_px / f.pitch_px])
+
+        base = values(self.p)
+        jac = np.zeros((3, PARAMETERS))
+        for i in (RHO, K, RC, KC) if self.coiled else (RHO, K):
+            step = 1e-5 * max(abs(self.p[i]), 1e-3)
+            moved = self.p.copy()
+            moved[i] += step
+            jac[:, i] = (values(moved) - base) / step
+        return base, jac @ self.covariance @ jac.T
+
+
+@numba.njit(cache=True, fastmath=True)
+def _point(z, a, angle, p):  # pragma: no cover - compiled
+    """Projected strand centre (s, y) and its derivative along z."""
+    kappa = p[5] * p[6]
+    q = np.sqrt(1.0 + kappa * kappa)
+    psi = p[1] * z + p[2] + angle
+    cp, sp = np.cos(psi), np.sin(psi)
+    if p[5] > 0.0:
+        theta = p[6] * z + p[7]
+        ct, st = np.cos(theta), np.sin(theta)
+    else:
+        ct, st = 1.0, 0.0
+    s = z + a * sp * kappa / q
+    y = p[5] * ct - a * cp * ct + a * sp * st / q
+    y_theta = -p[5] * st + a * cp * st + a * sp * ct / q
+    y_psi = a * sp * ct + a * cp * st / q
+    s_psi = a * cp * kappa / q
+    rate = p[6] if p[5] > 0.0 else 0.0
+    return s, y, 1.0 + p[1] * s_psi, rate * y_theta + p[1] * y_psi
+
+
+@numba.njit(cache=True, fastmath=True)
+def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at_lower, step):
+    # pragma: no cover - compiled
+    """Fill upper, lower (count,) at z0, z0 + 1, ...; at_* (count, 2) gets contact z and strand."""
+    rho = p[0]
+    for c in range(count):
+        upper[c] = -1e30
+        lower[c] = 1e30
+    reach = rho + 2.0 * step
+    for i in range(site_radius.size):
+        reach = max(reach, rho + 2.0 * rho * site_radius[i] + 2.0 * step)
+    samples = int((count + 2.0 * reach) / step) + 2
+    for i in range(site_radius.size):
+        a = 2.0 * rho * site_radius[i]
+        have = False
+        xu0 = yu0 = xl0 = yl0 = zp = 0.0
+        for j in range(samples):
+            z = z0 - reach + j * step
+            s, y, ds, dy = _point(z, a, site_angle[i], p)
+            length = np.sqrt(ds * ds + dy * dy) + 1e-12
+            nx, ny = -dy / length, ds / length
+            if ny < 0.0:
+                nx, ny = -nx, -ny
+            xu, yu = s + rho * nx, y + rho * ny
+            xl, yl = s - rho * nx, y - rho * ny
+            if have:
+                lo, hi = (xu0, xu) if xu0 <= xu else (xu, xu0)
+                if hi - lo < 4.0 * rho:
+                    c0 = max(int(np.ceil(lo - z0)), 0)
+                    c1 = min(int(np.floor(hi - z0)), count - 1)
+                    for c in range(c0, c1 + 1):
+                        w = (c + z0 - xu0) / (xu - xu0) if xu != xu0 else 0.5
+                        v = yu0 + w * (yu - yu0)
+                        if v > upper[c]:
+                            upper[c] = v
+                            at_upper[c, 0] = zp + w * step
+                            at_upper[c, 1] = i
+                lo, hi = (xl0, xl) if xl0 <= xl else (xl, xl0)
+                if hi - lo < 4.0 * rho:
+                    c0 = max(int(np.ceil(lo - z0)), 0)
+                    c1 = min(int(np.floor(hi - z0)), count - 1)
+                    for c in range(c0, c1 + 1):
+                        w = (c + z0 - xl0) / (xl - xl0) if xl != xl0 else 0.5
+                        v = yl0 + w * (yl - yl0)
+                        if v < lower[c]:
+                            lower[c] = v
+                            at_lower[c, 0] = zp + w * step
+                            at_lower[c, 1] = i
+            xu0, yu0, xl0, yl0, zp, have = xu, yu, xl, yl, z, True
+    for c in range(count):
+        line = p[3] + p[4] * (c + z0)
+        upper[c] += line + p[8]
+        lower[c] += line - p[8]
+
+
+@numba.njit(cache=True, fastmath=True)
+def _gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cover - compiled
+    """d edge(x) / d p at contact z on strand i; sense +1 upper, -1 lower. out (9,)."""
+    rho = p[0]
+    a = 2.0 * rho * site_radius[i]
+    kappa = p[5] * p[6]
+    q = np.sqrt(1.0 + kappa * kappa)
+    psi = p[1] * z + p[2] + site_angle[i]
+    cp, sp = np.cos(psi), np.sin(psi)
+    if p[5] > 0.0:
+        theta = p[6] * z + p[7]
+        ct, st = np.cos(theta), np.sin(theta)
+    else:
+        ct, st = 1.0, 0.0
+    s = z + a * sp * kappa / q
+    u = x - s
+    root = np.sqrt(max(rho * rho - u * u, 0.04 * rho * rho))
+    g = sense * u / root  # d edge / d s of the centre
+    y_theta = -p[5] * st + a * cp * st + a * sp * ct / q
+    y_psi = a * sp * ct + a * cp * st / q
+    s_psi = a * cp * kappa / q
+    y_a = -cp * ct + sp * st / q
+    s_a = sp * kappa / q
+    q3 = q * q * q
+    y_kappa = -a * sp * st * kappa / q3
+    s_kappa = a * sp / q3
+    out[0] = sense * rho / root + 2.0 * site_radius[i] * (y_a + g * s_a)
+    d_psi = y_psi + g * s_psi
+    out[1] = z * d_psi
+    out[2] = d_psi
+    out[3] = 1.0
+    out[4] = x
+    d_kappa = y_kappa + g * s_kappa
+    out[5] = ct + d_kappa * p[6]
+    out[6] = z * y_theta + d_kappa * p[5]
+    out[7] = y_theta
+    out[8] = sense
+
+
+@numba.njit(cache=True, fastmath=True)
+def _normal_equations(
+    p, site_radius, site_angle, z0, up_obs, low_obs, up_w, low_w, scale, step, normal, right
+):  # pragma: no cover - compiled
+    """Gauss-Newton system with Tukey-like (Geman-McClure) weights; returns cost and weight sum."""
+    count = up_obs.size
+    upper, lower = np.empty(count), np.empty(count)
+    at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
+    silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_u, at_l, step)
+    normal[:] = 0.0
+    right[:] = 0.0
+    grad = np.empty(9)
+    cost = 0.0
+    total = 0.0
+    for side in range(2):
+        for c in range(count):
+            weight = up_w[c] if side == 0 else low_w[c]
+            if weight <= 0.0:
+                continue
+            model = upper[c] if side == 0 else lower[c]
+            seen = up_obs[c] if side == 0 else low_obs[c]
+            r = seen - model
+            if not abs(r) < 1e6:
+                continue
+            t = (r / scale) ** 2
+            cost += weight * t / (1.0 + t)
+            w = weight / ((1.0 + t) * (1.0 + t))
+            total += weight
+            z = at_u[c, 0] if side == 0 else at_l[c, 0]
+            i = int(at_u[c, 1]) if side == 0 else int(at_l[c, 1])
+            _gradient(c + z0, z, i, 1.0 - 2.0 * side, p, site_radius, site_angle, grad)
+            for a in range(9):
+                right[a] += w * grad[a] * r
+                for b in range(a + 1):
+                    normal[a, b] += w * grad[a] * grad[b]
+    for a in range(9):
+        for b in range(a + 1, 9):
+            normal[a, b] = normal[b, a]
+    return cost, total
+
+
+@numba.njit(cache=True, fastmath=True)
+def _minimise(
+    p0, free, prior_mean, prior_weight, site_radius, site_angle, z0, up_obs, low_obs, up_w, low_w,
+    scale, step, iterations, normal_out,
+):  # pragma: no cover - compiled
+    """Levenberg-Marquardt over the free parameters; returns (p, cost, weight sum)."""
+    p = p0.copy()
+    m = free.size
+    normal, right = np.empty((9, 9)), np.empty(9)
+    cost, total = _normal_equations(
+        p, site_radius, site_angle, z0, up_obs, low_obs, up_w, low_w, scale, step, normal, right
+    )
+    for a in range(9):
+        cost += prior_weight[a] * (p[a] - prior_mean[a]) ** 2
+    lam = 1e-3
+    for _ in range(iterations):
+        system, target = np.empty((m, m)), np.empty(m)
+        for a in range(m):
+            fa = free[a]
+            target[a] = right[fa] + scale * scale * prior_weight[fa] * (
+                prior_mean[fa] - p[fa]
+            )
+            for b in range(m):
+                system[a, b] = normal[fa, free[b]]
+            system[a, a] += scale * scale * prior_weight[fa]
+        improved = False
+        for _try in range(6):
+            damped = system.copy()
+            for a in range(m):
+                damped[a, a] += lam * system[a, a] + 1e-12
+            delta = np.linalg.solve(damped, target)
+            trial = p.copy()
+            for a in range(m):
+                trial[free[a]] += delta[a]
+            ok = trial[0] > 0.3 and trial[5] >= 0.0 and trial[1] > 0.0
+            if ok:
+                new_normal, new_right = np.empty((9, 9)), np.empty(9)
+                new_cost, new_total = _normal_equations(
+                    trial, site_radius, site_angle, z0, up_obs, low_obs, up_w, low_w, scale, step,
+                    new_normal, new_right,
+                )
+                for a in range(9):
+                    new_cost += prior_weight[a] * (trial[a] - prior_mean[a]) ** 2
+                if new_cost < cost:
+                    gain = cost - new_cost
+                    p, cost, total = trial, new_cost, new_total
+                    normal[:], right[:] = new_normal, new_right
+                    lam = max(lam * 0.3, 1e-7)
+                    improved = True
+                    break
+            lam *= 6.0
+        if not improved or gain < 1e-6 * cost:
+            break
+    normal_out[:] = normal
+    return p, cost, total
+
+
+@dataclass(frozen=True)
+class Edges:
+    """Two edges of a strip: n of the upper (larger n) and lower edge at s_px, weights 0..1."""
+
+    s_px: np.ndarray
+    upper_px: np.ndarray
+    lower_px: np.ndarray
+    upper_weight: np.ndarray
+    lower_weight: np.ndarray
+
+    def window(self, s_low: float, s_high: float) -> Edges:
+        keep = (self.s_px >= s_low) & (self.s_px <= s_high)
+        return Edges(*(v[keep] for v in (self.s_px, self.upper_px, self.lower_px,
+                                         self.upper_weight, self.lower_weight)))
+
+
+def fit_helix(
+    edges: Edges,
+    section: Section,
+    start: np.ndarray,
+    free: tuple[int, ...],
+    scale_px: float = 0.5,
+    noise_px: float = 0.15,
+    prior_mean: np.ndarray | None = None,
+    prior_sd: np.ndarray | None = None,
+    iterations: int = 25,
+) -> HelixFit:
+    """Fit the silhouette to a window of edges, from `start` (9,), over the `free` parameters.
+
+    scale_px: residual at which an edge point begins to count less (Geman-McClure).
+    prior_sd: (9,) px or rad; inf where nothing is known beforehand. z is counted from the middle.
+    """
+    middle = 0.5 * (edges.s_px[0] + edges.s_px[-1])
+    z0 = float(edges.s_px[0] - middle)
+    mean = np.zeros(PARAMETERS) if prior_mean is None else prior_mean
+    sd = np.full(PARAMETERS, np.inf) if prior_sd is None else prior_sd
+    # In the cost residuals count in units of scale_px; the prior against residuals of noise_px.
+    weight = (noise_px / scale_px) ** 2 / sd**2
+    step = max(0.35, min(1.0, 0.12 * float(start[RHO])))
+    normal = np.zeros((PARAMETERS, PARAMETERS))
+    free_ids = np.array(free, dtype=np.int64)
+    p, cost, total = _minimise(
+        np.asarray(start, dtype=float), free_ids, mean, weight,
+        section.radius_d, section.angle_rad, z0,
+        edges.upper_px, edges.lower_px, edges.upper_weight, edges.lower_weight,
+        scale_px, step, iterations, normal,
+    )
+    up, low = model_edges(p, section, z0, len(edges.s_px))
+    r = np.concatenate([edges.upper_px - up, edges.lower_px - low])
+    w = np.concatenate([edges.upper_weight, edges.lower_weight])
+    good = (w > 0) & (np.abs(r) < 3 * scale_px)
+    rms = float(np.sqrt(np.mean(r[good] ** 2))) if good.any() else float("inf")
+    covariance = np.zeros((PARAMETERS, PARAMETERS))
+    variance = max(rms, 1e-3) ** 2
+    system = normal[np.ix_(free_ids, free_ids)] / variance + np.diag(1.0 / sd[free_ids] ** 2)
+    covariance[np.ix_(free_ids, free_ids)] = np.linalg.pinv(system)
+    return HelixFit(
+        p=p, covariance=covariance, rms_px=rms, cost=float(cost) / max(float(total), 1e-9),
+        points=int(good.sum()), section=section, z_px=(float(edges.s_px[0]), float(edges.s_px[-1])),
+    )
+
+
+def model_edges(
+    p: np.ndarray, section: Section, z0: float, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Upper and lower edge (count,) at z0, z0 + 1, ..."""
+    upper, lower = np.empty(count), np.empty(count)
+    at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
+    step = max(0.25, min(0.6, 0.08 * float(p[RHO])))
+    silhouette(
+        np.asarray(p, dtype=float), section.radius_d, section.angle_rad, float(z0), count,
+        upper, lower, at_u, at_l, step,
+    )
+    return upper, lower

@@ -1,0 +1,110 @@
+"""From a contrast strip to the silhouette: which columns hold the bundle, where its edges lie."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+from tsvision.images.sight import string_mask
+
+
+@dataclass(frozen=True)
+class Silhouette:
+    """Rough outline in a strip. low, high (M,): outermost rows of the strings (NaN: none);
+    bundle (M,): columns of the twisted part; apex_column: where the legs have met (float, NaN if
+    out of view); cut (M,): columns in which fibres or dust were cut off."""
+
+    low: np.ndarray
+    high: np.ndarray
+    bundle: np.ndarray
+    apex_column: float
+    cut: np.ndarray
+
+
+@numba.njit(cache=True)
+def _columns(labels, keep, half, near, out):  # pragma: no cover - compiled
+    rows, columns = labels.shape
+    for c in range(columns):
+        for r in range(rows):
+            if keep[labels[r, c]]:
+                n = r - half
+                if out[0, c] > n or np.isnan(out[0, c]):
+                    out[0, c] = n
+                out[1, c] = n
+        # the run nearest the axis, and whether anything of weight lies beyond a gap
+        best = 1e9
+        r = 0
+        while r < rows:
+            if not keep[labels[r, c]]:
+                r += 1
+                continue
+            first = r
+            while r < rows and keep[labels[r, c]]:
+                r += 1
+            low, high = first - half, r - 1 - half
+            d = 0.0 if low <= 0 <= high else float(min(abs(low), abs(high)))
+            if d < best:
+                best = d
+                out[2, c], out[3, c] = low, high
+        out[4, c] = best if best < 1e8 else np.nan
+
+
+def outline(contrast: np.ndarray, width_px: float, strand_px: float, start: int) -> Silhouette:
+    """Rough outline of the strings in a contrast strip (R, M), core about 1.
+
+    width_px: bundle's outer width; strand_px: one strand; start: first column to consider.
+    """
+    import cv2
+
+    half = contrast.shape[0] // 2
+    mask = string_mask(contrast, max(0.4 * strand_px, 1.5))
+    count, labels = cv2.connectedComponents(mask, connectivity=8)
+    core = labels[half - max(int(0.15 * width_px), 1) : half + max(int(0.15 * width_px), 1) + 1]
+    share = np.bincount(core.ravel(), minlength=count)
+    keep = share > 0.5 * width_px
+    keep[0] = False
+    out = np.full((5, contrast.shape[1]), np.nan)
+    _columns(labels, keep, half, 0.25 * width_px, out)
+    low, high, run_low, run_high, distance = out
+    raw = (np.abs(contrast) > 0.25).sum(0)
+    with np.errstate(invalid="ignore"):
+        cut = raw > (high - low + 1) + 0.25 * strand_px
+        single = (distance < 0.3 * width_px) & (run_high - run_low + 1 > 0.3 * width_px)
+        # beyond the apex the outermost rows belong to the legs, the central run to the bundle
+        split = (high - low) - (run_high - run_low) > 0.25 * strand_px
+    bundle, apex = _twisted_part(single & ~split, single, width_px, start)
+    low = np.where(bundle, low, np.nan)
+    high = np.where(bundle, high, np.nan)
+    return Silhouette(low, high, bundle, apex, cut & bundle)
+
+
+def _twisted_part(
+    clean: np.ndarray, single: np.ndarray, width_px: float, start: int
+) -> tuple[np.ndarray, float]:
+    """The longest stretch of columns with one run, gaps up to 1.2 widths bridged (a tight coil
+    leaves the axis for a moment); its first column is where the legs have met."""
+    good = clean.copy()
+    good[: max(start, 0)] = False
+    gap = max(int(1.2 * width_px), 3)
+    best, best_length = (0, -1), -1
+    first, last, misses = -1, -1, 0
+    for c, ok in enumerate(good):
+        if ok:
+            if first < 0:
+                first = c
+            last, misses = c, 0
+        elif first >= 0:
+            misses += 1
+            if misses > gap:
+                if last - first > best_length:
+                    best, best_length = (first, last), last - first
+                first = -1
+    if first >= 0 and last - first > best_length:
+        best = (first, last)
+    bundle = np.zeros(clean.size, dtype=bool)
+    if best[1] < best[0]:
+        return bundle, float("nan")
+    bundle[best[0] : best[1] + 1] = True
+    return bundle, float(best[0])
