@@ -27,7 +27,11 @@ def centre_radius(tan_pitch_angle: float, strands: int) -> float:
     t = np.linspace(-2 * np.pi, 2 * np.pi, STEPS)
     apart = 2 * np.pi * np.arange(1, strands // 2 + 1)[:, None] / strands
     squared = 2 - 2 * np.cos(t + apart) + (t * tan_pitch_angle) ** 2
-    return float(1 / np.sqrt(squared.min()))
+    strand, at = np.unravel_index(np.argmin(squared), squared.shape)
+    below, lowest, above = squared[strand, max(at - 1, 0) : at + 2]
+    # A parabola through the three samples: the grid alone is too coarse for a flat optimum.
+    dip = (above - below) ** 2 / (8 * (above - 2 * lowest + below))
+    return float(1 / np.sqrt(lowest - dip))
 
 
 def turn_length(pitch_angle_rad: float, strands: int) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tsvision.actuator.reversible import limit_errors
 from tsvision.data import table
 from tsvision.validation.cells import Cell, recomputed
 
@@ -34,13 +35,22 @@ def dimension_cells() -> list[Cell]:
 
 def contraction_cells() -> list[Cell]:
     """Table II: total length = L + x; contraction % = x / total."""
+    limits = limit_errors()
     cells = []
     for line in table("contraction").itertuples():
         row, name = f"N={line.strings}", "contraction"
         total = line.twisting_zone_mm + line.contraction_mm
         percent = 100 * line.contraction_mm / total
         cells += [
-            Cell(name, row, "contraction_mm", line.contraction_mm, reason="measured"),
+            Cell(
+                name,
+                row,
+                "contraction_mm",
+                line.contraction_mm,
+                limits[line.strings][0],
+                status="model",
+                reason="measured; beside it what the zone holds when coiled evenly (no knots)",
+            ),
             recomputed(
                 name,
                 row,

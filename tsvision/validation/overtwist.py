@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tsvision.actuator.onset import predict_onset
 from tsvision.data import table
 from tsvision.models import MODELS
 from tsvision.validation.cells import Cell, bounded, recomputed
@@ -26,9 +27,28 @@ def overtwist_cells() -> list[Cell]:
             bounded(
                 name, row, "contraction_percent", line.contraction_percent, estimate, bounds, why
             ),
-            Cell(name, row, "onset_turns", line.onset_turns, reason="seen by eye"),
+            _onset_cell(name, row, line.strings, line.onset_turns),
         ]
     return cells
+
+
+def _onset_cell(name: str, row: str, strings: int, observed: float) -> Cell:
+    shape = table("dimensions").set_index("strings").loc[strings]
+    sd = float(table("diameter").set_index("strings")["diameter_sd_mm"][strings])
+    onset = predict_onset(
+        strings, float(shape["twisting_zone_mm"]), float(shape["bundle_diameter_mm"]), sd
+    )
+    return Cell(
+        name,
+        row,
+        "onset_turns",
+        observed,
+        onset.turns,
+        low=onset.low,
+        high=onset.high,
+        status="model",
+        reason="seen by eye; beside it the zero-twist rule of rope geometry, no fitted constant",
+    )
 
 
 def _contraction_percent(strings: int, turns: float) -> tuple[float, tuple[float, float], str]:
