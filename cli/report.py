@@ -18,7 +18,7 @@ def command(
     ],
     recording: Annotated[
         Path | None,
-        typer.Option(help="The frames (one DIR only); else where the summary says they were."),
+        typer.Option(help="The frames (one DIR only); else looked for beside DIR."),
     ] = None,
     verdict: Annotated[
         Path | None, typer.Option(help="JSON of `tsvision diagnose` (one DIR only).")
@@ -57,11 +57,15 @@ def command(
 def _recording(folder: Path, given: Path | None) -> Any:
     """The recording to take pictures from; None, with a word on stderr, when it is gone."""
     from tsvision.images.frames import open_recording
-    from tsvision.report.measured import source_of
+    from tsvision.report.measured import find_source, read_measured
 
-    source = given or source_of(folder)
+    source = given or find_source(read_measured(folder))
     if source is None:
-        print(f"{folder}: the frames were not found; the page has none", file=sys.stderr)
+        print(
+            f"{folder}: the frames were not found, so the page has no pictures; "
+            "name them with --recording",
+            file=sys.stderr,
+        )
         return None
     return open_recording(source)
 

@@ -106,7 +106,7 @@ def fake_frame(
     unevenness = float(np.nanstd(envelope) / np.nanmean(envelope)) if inside.any() else np.nan
     phase = "twist"
     if coil_mm >= 0.05 * DIAMETER_MM:
-        phase = "overtwist" if turn < 34 else "local_overtwist"
+        phase = "overtwist" if turn < 34 else "local overtwist"
     if seen:
         phase = "knotted"
     sd = 0.003 + 0.00004 * turn
@@ -198,7 +198,8 @@ def fake_summary(rows: list[FrameRow], turns: np.ndarray, recording: Path) -> di
             "actuator": {"twisting_zone_mm": 23.2, "hole_distance_mm": 5.0, "load_N": 19.61},
         },
         "input": {
-            "source": str(recording),
+            "name": recording.name,
+            "kind": "folder",
             "files": [{"name": r.file, "sha256": "0" * 64} for r in rows],
         },
         "frames_total": len(rows),

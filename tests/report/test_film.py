@@ -13,6 +13,7 @@ import pytest
 from tests.report.fake_measurement import write_fake
 from tsvision.errors import InputError
 from tsvision.images.frames import open_recording
+from tsvision.records import FrameRow
 from tsvision.report.sheet import lay_out, write_sheet
 from tsvision.report.video import own_rate, write_overlay_video
 
@@ -54,7 +55,7 @@ def test_nothing_to_film_is_said(tmp_path: Path) -> None:
 
 def test_sheet_holds_every_tile_apart() -> None:
     tiles = [np.full((40, 100, 3), 10 * (i + 1), np.uint8) for i in range(7)]
-    sheet = lay_out(tiles, 500)
+    sheet = lay_out(tiles, [FrameRow(i, "x.png") for i in range(7)], 500)
     assert sheet.shape[1] == 500
     for i in range(7):
         assert (sheet == 10 * (i + 1)).all(axis=2).sum() >= 40 * 90

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import cv2
@@ -27,28 +28,31 @@ class Kymograph:
     value_high: float
 
 
-def kymograph(x: np.ndarray, frames: np.ndarray, profiles: pd.DataFrame) -> Kymograph | None:
-    """`x` (K,) rises and tells where each of `frames` (K,) stands; `profiles` holds
-    frame, s, value. None when there is no profile or only one place along x.
+def kymograph(
+    x: np.ndarray, frames: np.ndarray, chunks: Callable[[], Iterable[pd.DataFrame]]
+) -> Kymograph | None:
+    """`x` (K,) rises and tells where each of `frames` (K,) stands; `chunks()` goes through tables
+    of frame, s, value, twice. None when there is no profile or only one place along x.
 
     Each frame fills x from half-way to the frame before it to half-way to the next.
     """
-    seen = profiles[np.isfinite(profiles["s"]) & np.isfinite(profiles["value"])]
     good = np.isfinite(x)
     x, frames = x[good], frames[good]
-    if seen.empty or len(x) < 2 or x[0] == x[-1]:
+    if len(x) < 2 or x[0] == x[-1]:
         return None
-    s_low, s_high = float(profiles["s"].min()), float(profiles["s"].max())
+    ends = [(c["s"].min(), c["s"].max()) for c in chunks() if c["s"].notna().any()]
+    s_low, s_high = (min(e[0] for e in ends), max(e[1] for e in ends)) if ends else (0.0, 0.0)
     if s_low >= s_high:
         return None
-    columns = _columns(frames, seen, s_low, s_high)
+    columns = _columns(frames, chunks(), float(s_low), float(s_high))
+    if not np.isfinite(columns).any():
+        return None
     middles = (x[1:] + x[:-1]) / 2
     places = np.linspace(x[0], x[-1], min(MAX_COLUMNS, max(2, 12 * len(x))))
     values = columns[np.searchsorted(middles, places)].T[::-1]
-    low, high = (float(v) for v in np.nanpercentile(seen["value"], (1, 99.5)))
-    return Kymograph(
-        _coloured(values, low, high), float(x[0]), float(x[-1]), s_low, s_high, low, high
-    )
+    low, high = (float(v) for v in np.nanpercentile(columns, (1, 99.8)))
+    png = _coloured(values, low, high)
+    return Kymograph(png, float(x[0]), float(x[-1]), float(s_low), float(s_high), low, high)
 
 
 def colour_bar() -> bytes:
@@ -56,16 +60,21 @@ def colour_bar() -> bytes:
     return _coloured(np.linspace(0.0, 1.0, 128)[None], 0.0, 1.0)
 
 
-def _columns(frames: np.ndarray, seen: pd.DataFrame, s_low: float, s_high: float) -> np.ndarray:
+def _columns(
+    frames: np.ndarray, chunks: Iterable[pd.DataFrame], s_low: float, s_high: float
+) -> np.ndarray:
     """(K, BINS) mean value in each bin of s, NaN where a frame shows nothing."""
     where = {int(frame): i for i, frame in enumerate(frames)}
-    row = seen["frame"].map(where)
-    kept = row.notna().to_numpy()
-    bins = ((seen["s"].to_numpy() - s_low) / (s_high - s_low) * BINS).astype(int).clip(0, BINS - 1)
-    flat = row[kept].to_numpy(int) * BINS + bins[kept]
     size = len(frames) * BINS
-    count = np.bincount(flat, minlength=size)
-    total = np.bincount(flat, weights=seen["value"].to_numpy()[kept], minlength=size)
+    count, total = np.zeros(size), np.zeros(size)
+    for chunk in chunks:
+        row = chunk["frame"].map(where).to_numpy(float)
+        s, value = chunk["s"].to_numpy(float), chunk["value"].to_numpy(float)
+        kept = np.isfinite(row) & np.isfinite(s) & np.isfinite(value)
+        bins = ((s[kept] - s_low) / (s_high - s_low) * BINS).astype(int).clip(0, BINS - 1)
+        flat = row[kept].astype(int) * BINS + bins
+        count += np.bincount(flat, minlength=size)
+        total += np.bincount(flat, weights=value[kept], minlength=size)
     with np.errstate(invalid="ignore"):
         return (total / count).reshape(len(frames), BINS)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -10,8 +9,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from tsvision.errors import InputError
 from tsvision.records import FrameRow, KnotSighting, Profile
+from tsvision.report.profiles import Profiles
+from tsvision.results.read import read_summary, read_table
 
 _ROW_FIELDS = {f.name: f.type for f in fields(FrameRow)}
 _KNOT_FIELDS = [f.name for f in fields(KnotSighting)]
@@ -23,7 +23,7 @@ class Measured:
 
     folder: Path
     frames: pd.DataFrame
-    profiles: pd.DataFrame
+    profiles: Profiles
     knots: pd.DataFrame
     summary: dict[str, Any]
 
@@ -42,21 +42,9 @@ class Measured:
             values[name] = value
         return FrameRow(**values)
 
-    def profile(self, frame: int, mm_per_px: float) -> Profile | None:
+    def profile(self, row: FrameRow) -> Profile | None:
         """The silhouette of a frame, None where none was found."""
-        part = self.profiles[self.profiles["frame"] == frame]
-        if part.empty:
-            return None
-        columns = {name: part[name].to_numpy(float) for name in part.columns if name != "frame"}
-        s_px = columns["s_px"] if "s_px" in columns else columns["s_mm"] / mm_per_px
-        return Profile(
-            s_mm=columns["s_mm"],
-            s_px=s_px,
-            upper_px=columns["upper_px"],
-            lower_px=columns["lower_px"],
-            width_mm=columns["width_mm"],
-            envelope_mm=columns["envelope_mm"],
-        )
+        return self.profiles.of(row.frame, row.mm_per_px)
 
     def sightings(self, frame: int) -> list[KnotSighting]:
         """The knots seen in a frame."""
@@ -70,39 +58,32 @@ class Measured:
 
 def read_measured(folder: Path) -> Measured:
     """Read what `tsvision measure` wrote; InputError when the folder is no such output."""
-    frames = _table(folder, "frames")
+    folder = Path(folder)
+    summary = read_summary(folder)
+    frames = read_table(folder / "frames.parquet")
     for name, kind in _ROW_FIELDS.items():
         if name not in frames.columns:
             frames[name] = "" if kind == "str" else np.nan
-    summary_path = folder / "summary.json"
-    try:
-        summary = json.loads(summary_path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as problem:
-        raise InputError(
-            f"{summary_path}: cannot be read ({problem.__class__.__name__}); "
-            "measure the recording again with `tsvision measure`"
-        ) from None
-    return Measured(folder, frames, _table(folder, "profiles"), _table(folder, "knots"), summary)
+    profiles = Profiles(folder / "profiles.parquet")
+    return Measured(folder, frames, profiles, read_table(folder / "knots.parquet"), summary)
 
 
-def _table(folder: Path, name: str) -> pd.DataFrame:
-    path = folder / f"{name}.parquet"
-    if not path.is_file():
-        raise InputError(
-            f"{folder} holds no {path.name}; give a folder that `tsvision measure --out` wrote"
-        )
-    try:
-        return pd.read_parquet(path)
-    except (OSError, ValueError) as problem:
-        raise InputError(
-            f"{path}: not a Parquet table ({problem.__class__.__name__}); measure again"
-        ) from None
+def find_source(measured: Measured) -> Path | None:
+    """The frames that were measured, if they lie where one would look: beside the measure folder,
+    one above it or here, under their own name and with the same files. The summary keeps no path,
+    since it has to read the same on every machine."""
+    told = measured.summary.get("input") or {}
+    name, files = str(told.get("name") or ""), told.get("files") or []
+    if not name or Path(name).name != name:
+        return None
+    here = measured.folder.resolve()
+    for place in (here.parent / name, here.parent.parent / name, Path.cwd() / name):
+        if place.is_file() or (place.is_dir() and _holds(place, files)):
+            return place
+    return None
 
 
-def source_of(folder: Path) -> Path | None:
-    """Where the summary says the frames were read from, if they are still there."""
-    named = (read_measured(folder).summary.get("input") or {}).get("source")
-    path = Path(str(named)) if named else None
-    if path and not path.is_absolute() and not path.exists():
-        path = folder / path
-    return path if path and path.exists() else None
+def _holds(folder: Path, files: list[dict[str, str]]) -> bool:
+    """Whether the first and the last file measured are in the folder."""
+    ends = [str(f.get("name")) for f in (files[:1] + files[-1:])]
+    return bool(ends) and all((folder / name).is_file() for name in ends)

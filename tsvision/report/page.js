@@ -92,9 +92,11 @@ function drawDisplacement() {
   const models = Object.entries(data.predicted).map(([title, y], i) => {
     const rest = x.map((v, k) => (known(v) && known(y[k]) ? v - y[k] : null)), sure = rest.filter(known);
     const rmse = sure.length ? Math.sqrt(sure.reduce((sum, r) => sum + r * r, 0) / sure.length) : Infinity;
-    return { title, y, rest, rmse, look: modelLook(i), on: i === 0 };
+    return { title, y, rest, rmse, count: sure.length, look: modelLook(i), on: i === 0 };
   });
-  const best = models.reduce((a, b) => (b.rmse < a.rmse ? b : a), models[0]);
+  // A model without a value for some turns cannot be the best of those that have one.
+  const most = Math.max(0, ...models.map((m) => m.count)), whole = models.filter((m) => m.count === most);
+  const best = whole.reduce((a, b) => (b.rmse < a.rmse ? b : a), whole[0]);
   if (best) best.on = true;
   const points = { kind: "points", x: X, y: x, colour: "var(--series)", hollow: data.flagged };
   const zero = { kind: "level", y: 0, label: "", colour: "var(--soft)", dash: "1 0" };
@@ -117,7 +119,7 @@ function drawDisplacement() {
   const legend = byId("legend-models");
   legendItem(legend, "var(--series)", "measured (hollow: flagged)");
   for (const m of models) {
-    const label = legendItem(legend, m.look[0], `${m.title}: ${Number.isFinite(m.rmse) ? m.rmse.toPrecision(2) + " mm RMSE" : "no value"}`, m.look[1], "label");
+    const label = legendItem(legend, m.look[0], `${m.title}: ${errorText(m, most)}`, m.look[1], "label");
     const box = html("input", { type: "checkbox" });
     box.checked = m.on;
     box.addEventListener("change", () => { m.on = box.checked; fill(); });
@@ -133,6 +135,12 @@ function legendItem(host, colour, text, dash, kind) {
   return item;
 }
 
+function errorText(m, most) {
+  if (!m.count) return "no value here";
+  const digits = m.rmse < 1 ? 2 : m.rmse < 10 ? 1 : 0;
+  return `${m.rmse.toFixed(digits)} mm RMSE` + (m.count < most ? ` over the ${m.count} of ${most} frames where it has a value` : "");
+}
+
 // A model may run far away; the plot shows it no farther than the measured values' own span.
 function near(sure, others, measured) {
   const [low, high] = span(sure), [a, b] = span(measured), reach = b - a;
@@ -146,7 +154,7 @@ function drawKymograph() {
   const place = map.by_frame ? (at) => data.frames[at] : (at) => X[at];
   const step = (map.x[1] - map.x[0]) / Math.max(X.length - 1, 1) / 2;
   const boxes = map.knots.filter((k) => known(k[0]) && known(k[1]) && known(k[2])).map(([x, s, length, d]) =>
-    [x - step * 0.7, x + step * 0.7, s - length / 2, s + length / 2, `knot at ${s.toFixed(2)} mm, largest diameter ${known(d) ? d.toFixed(3) : "?"} mm`]);
+    [Math.max(x - step * 0.7, map.x[0]), Math.min(x + step * 0.7, map.x[1]), s - length / 2, s + length / 2, `knot at ${s.toFixed(2)} mm, largest diameter ${known(d) ? d.toFixed(3) : "?"} mm`]);
   const plot = new Plot(host, {
     name: "envelope against turns and position", height: 340,
     x: { label: map.x_label, range: map.by_frame ? map.x : xRange },

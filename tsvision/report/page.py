@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +45,7 @@ def write_report(
     """
     measured = read_measured(Path(measure_dir))
     chosen = _chosen(measured)
-    pictures = shown.frames_at(recording, chosen) if recording else {}
+    pictures = shown.frames_at(recording, measured.frames, chosen) if recording else {}
     data = page_data(measured, chosen, pictures)
     in_px = data["unit"] == "px"
     text = render(
@@ -99,8 +100,8 @@ def _plain(value: Any) -> Any:
 
 def title_of(measured: Measured) -> str:
     """The recording's name: of its source where the summary tells, else of the folder."""
-    source = (measured.summary.get("input") or {}).get("source")
-    return Path(str(source)).name if source else measured.folder.resolve().name
+    name = (measured.summary.get("input") or {}).get("name")
+    return str(name) if name else measured.folder.resolve().name
 
 
 def page_data(measured: Measured, chosen: list[int], pictures: dict[int, Frame]) -> dict[str, Any]:
@@ -165,7 +166,7 @@ def _shown(
     measured: Measured, chosen: list[int], pictures: dict[int, Frame], in_px: bool
 ) -> list[dict[str, Any]]:
     rows = [measured.row(i) for i in chosen]
-    profiles = [measured.profile(r.frame, r.mm_per_px) for r in rows]
+    profiles = [measured.profile(r) for r in rows]
     knots = [measured.sightings(r.frame) for r in rows]
     traces = shown.trace_all(rows, profiles, knots)
     sizes = [f.pixels.shape[:2] for f in pictures.values() if f.pixels is not None]
@@ -197,17 +198,10 @@ def _shown(
 
 
 def _kymograph(measured: Measured, in_px: bool) -> dict[str, Any] | None:
-    frames, table = measured.frames, measured.profiles
+    frames = measured.frames
     axis = abscissa(frames)
     x = axis.x if axis.rises else frames["frame"].to_numpy(float)
-    if in_px:
-        widths = (table["upper_px"] - table["lower_px"]).abs()
-        s = table["s_px"] if "s_px" in table.columns else table.groupby("frame").cumcount()
-        values = pd.DataFrame({"frame": table["frame"], "s": s, "value": widths})
-    else:
-        columns = {"s_mm": "s", "envelope_mm": "value"}
-        values = table[["frame", *columns]].rename(columns=columns)
-    made = kymograph(x, frames["frame"].to_numpy(int), values)
+    made = kymograph(x, frames["frame"].to_numpy(int), lambda: _envelopes(measured, in_px))
     if made is None:
         return None
     place = dict(zip(frames["frame"].astype(int), x, strict=True))
@@ -225,3 +219,14 @@ def _kymograph(measured: Measured, in_px: bool) -> dict[str, Any] | None:
         "by_frame": not axis.rises,
         "knots": [] if in_px else marks,
     }
+
+
+def _envelopes(measured: Measured, in_px: bool) -> Iterator[pd.DataFrame]:
+    """Tables of frame, s, value: the envelope in mm, or without a scale the width in px."""
+    for table in measured.profiles.chunks():
+        s, value = (
+            (table["s_px"], (table["upper_px"] - table["lower_px"]).abs())
+            if in_px
+            else (table["s_mm"], table["envelope_mm"])
+        )
+        yield pd.DataFrame({"frame": table["frame"], "s": s, "value": value})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -10,7 +11,7 @@ import numpy as np
 
 from tsvision.atomic import write_bytes
 from tsvision.errors import InputError
-from tsvision.records import Recording
+from tsvision.records import FrameRow, Recording
 from tsvision.report import shown
 from tsvision.report.measured import Measured, read_measured
 from tsvision.report.overlay import draw_overlay, with_caption
@@ -39,17 +40,21 @@ def write_sheet(
         raise InputError(
             f"{recording.source}: no frame could be decoded; nothing to put on a sheet"
         )
-    _, data = cv2.imencode(".png", lay_out(tiles, width_px))
+    sheet = lay_out([t for t, _ in tiles], [r for _, r in tiles], width_px)
+    _, data = cv2.imencode(".png", sheet)
     write_bytes(path, data.tobytes())
     return path
 
 
-def lay_out(tiles: list[np.ndarray], width_px: int) -> np.ndarray:
-    """Tiles (any sizes, BGR) in rows on white, as many columns as make the sheet about 4 : 3."""
+def lay_out(tiles: Sequence[np.ndarray], rows_of: Sequence[FrameRow], width_px: int) -> np.ndarray:
+    """Tiles (any sizes, BGR), each under its caption, in as many columns as make the sheet
+    about 4 : 3, on white."""
     aspect = max(t.shape[1] for t in tiles) / max(t.shape[0] for t in tiles)
     columns = max(1, min(len(tiles), round(math.sqrt(len(tiles) * 4 / 3 / aspect))))
     room = (width_px - _GAP_PX * (columns + 1)) // columns
-    small = [fit_within(t, room, 10**6) for t in tiles]
+    small = [
+        with_caption(fit_within(t, room, 10**6), r) for t, r in zip(tiles, rows_of, strict=True)
+    ]
     height = max(t.shape[0] for t in small)
     rows = math.ceil(len(small) / columns)
     sheet = np.full((rows * (height + _GAP_PX) + _GAP_PX, width_px, 3), 255, np.uint8)
@@ -60,10 +65,12 @@ def lay_out(tiles: list[np.ndarray], width_px: int) -> np.ndarray:
     return sheet
 
 
-def _tiles(measured: Measured, recording: Recording, chosen: list[int]) -> list[np.ndarray]:
-    frames = shown.frames_at(recording, chosen)
+def _tiles(
+    measured: Measured, recording: Recording, chosen: list[int]
+) -> list[tuple[np.ndarray, FrameRow]]:
+    frames = shown.frames_at(recording, measured.frames, chosen)
     rows = [measured.row(i) for i in chosen]
-    profiles = [measured.profile(r.frame, r.mm_per_px) for r in rows]
+    profiles = [measured.profile(r) for r in rows]
     knots = [measured.sightings(r.frame) for r in rows]
     traces = shown.trace_all(rows, profiles, knots)
     tiles = []
@@ -73,5 +80,5 @@ def _tiles(measured: Measured, recording: Recording, chosen: list[int]) -> list[
             continue
         x0, y0, x1, y1 = shown.window_px(traces, frame.pixels.shape[1], frame.pixels.shape[0])
         drawn = draw_overlay(frame.pixels, row, profile, seen, zoom=2, caption=False)
-        tiles.append(with_caption(drawn[2 * y0 : 2 * y1, 2 * x0 : 2 * x1], row))
+        tiles.append((drawn[2 * y0 : 2 * y1, 2 * x0 : 2 * x1], row))
     return tiles

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import cv2
 import numpy as np
+import pandas as pd
 
 from tsvision.records import Frame, FrameRow, KnotSighting, Profile, Recording
 from tsvision.report.overlay import finite_pieces
@@ -27,15 +28,21 @@ def choose(count: int, most: int, wanted: Iterable[int] = ()) -> list[int]:
     return sorted(must | set(spread.tolist()))
 
 
-def frames_at(recording: Recording, chosen: list[int]) -> dict[int, Frame]:
-    """The chosen frames; a folder is read at those places alone, a video from start to end."""
+def frames_at(recording: Recording, table: pd.DataFrame, chosen: Sequence[int]) -> dict[int, Frame]:
+    """Positions in the table of frames -> decoded frames, matched by their file's name, so that
+    a stretch measured out of a longer recording finds its own pictures. A folder is read at those
+    places alone, a video from the first to the last."""
     from tsvision.images.frames import iter_frames
 
+    index_of = {file: i for i, file in enumerate(recording.files)}
+    names = table["file"].astype(str)
+    wanted = {index_of[names.iloc[p]]: p for p in chosen if names.iloc[p] in index_of}
+    if not wanted:
+        return {}
     if recording.kind == "folder":
-        return {i: f for i in chosen for f in iter_frames(recording, i, i + 1)}
-    wanted = set(chosen)
-    found = iter_frames(recording, chosen[0], chosen[-1] + 1) if chosen else iter(())
-    return {f.index: f for f in found if f.index in wanted}
+        return {p: f for i, p in wanted.items() for f in iter_frames(recording, i, i + 1)}
+    found = iter_frames(recording, min(wanted), max(wanted) + 1)
+    return {wanted[f.index]: f for f in found if f.index in wanted}
 
 
 def window_px(traces: list[Trace], width: int, height: int) -> tuple[int, int, int, int]:

@@ -57,16 +57,18 @@ def overlays(measured: Measured, recording: Recording) -> Iterator[np.ndarray]:
 
     size: tuple[int, int] | None = None
     waiting: list[int] = []  # undecodable frames before the size is known
+    row_of = {str(file): i for i, file in enumerate(measured.frames["file"])}
     for frame in iter_frames(recording):
-        if frame.index >= len(measured.frames):
-            return
+        row = row_of.get(frame.file)
+        if row is None:  # not among the frames that were measured
+            continue
         if frame.pixels is not None and size is None:
             size = (frame.pixels.shape[0], frame.pixels.shape[1])
             yield from (_overlay(measured, early, None, size) for early in waiting)
         if size is None:
-            waiting.append(frame.index)
+            waiting.append(row)
         else:
-            yield _overlay(measured, frame.index, frame.pixels, size)
+            yield _overlay(measured, row, frame.pixels, size)
 
 
 def _overlay(
@@ -78,7 +80,7 @@ def _overlay(
         part = display_bgr(pixels)[: size[0], : size[1]]
         canvas[: part.shape[0], : part.shape[1]] = part
     row = measured.row(index)
-    profile = measured.profile(row.frame, row.mm_per_px)
+    profile = measured.profile(row)
     return draw_overlay(canvas, row, profile, measured.sightings(row.frame))
 
 

@@ -32,9 +32,9 @@ def read_measurement(folder: Path) -> Measurement:
     summary = read_summary(folder)
     return Measurement(
         folder,
-        _table(folder / "frames.parquet"),
-        _table(folder / "profiles.parquet"),
-        _table(folder / "knots.parquet"),
+        read_table(folder / "frames.parquet"),
+        read_table(folder / "profiles.parquet"),
+        read_table(folder / "knots.parquet"),
         summary,
     )
 
@@ -59,7 +59,8 @@ def read_summary(folder: Path) -> dict[str, Any]:
     return summary
 
 
-def _table(path: Path) -> pd.DataFrame:
+def read_table(path: Path) -> pd.DataFrame:
+    """One table of a measured recording; raises InputError when it is not whole."""
     if not path.is_file():
         raise InputError(f"{path}: missing; measure the recording again")
     try:
