@@ -91,7 +91,7 @@ def fit(
     most_steps: int = 25,
     noise: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Fit:
-    """Fit `simulation`; `start` is a whole vector (z, u, offsets), else several starts are tried."""
+    """Fit `simulation` from `start` (a whole vector z, u, offsets), else from several starts."""
     layout = _Layout(problem, simulation)
     sigma, rho = noise or (_first_noise(problem), problem.rho_mean.copy())
     if start is None:
@@ -156,10 +156,8 @@ def _first_noise(problem: Problem) -> np.ndarray:
     z = np.zeros((1, problem.nuisances))
     off = problem.table.value - problem.predict(Simulation(base=problem.base), z[:, :0], z)[0]
     spread = [
-        np.median(np.abs(off[problem.table.observable == k])) if np.any(mask) else 1.0
-        for k, mask in enumerate(
-            problem.table.observable == k for k in range(len(problem.table.observables))
-        )
+        np.median(np.abs(off[mask])) if np.any(mask) else 1.0
+        for mask in (problem.table.observable == k for k in range(len(problem.table.observables)))
     ]
     return np.maximum(np.array(spread), 2 * _floor(problem))
 
@@ -180,7 +178,7 @@ def _best_start(
     sigma: np.ndarray,
     rho: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Try the product of the parameters' starts with one step each; return the best and its noise."""
+    """Try the product of the parameters' starts with two steps each: the best, and its noise."""
     thetas = layout.clip(_starts(layout))
     for _ in range(2):
         noise = _Noise(problem, sigma, rho)

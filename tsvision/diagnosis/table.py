@@ -49,8 +49,8 @@ class Table:
     """Observations and the conditions under which they were made.
 
     Row arrays have shape (n,): `observable` indexes `observables`, `condition` indexes `at`,
-    `run` indexes `runs`, `before` is the row that precedes it in its run (-1: none). `radius_sd_mm`,
-    `zone_sd_mm`, `hole_sd_mm` have shape (m,), like `at`'s arrays.
+    `run` indexes `runs`, `before` is the row that precedes it in its run (-1: none).
+    `radius_sd_mm`, `zone_sd_mm`, `hole_sd_mm` have shape (m,), like `at`'s arrays.
     """
 
     at: Conditions

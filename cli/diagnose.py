@@ -1,0 +1,51 @@
+"""`tsvision diagnose DATA`: what the model gets wrong, why, and what mending it gains."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def command(
+    data: Annotated[
+        list[Path],
+        typer.Argument(metavar="DATA...", help="A CSV, or folders that `tsvision measure` wrote."),
+    ],
+    rig: Annotated[Path | None, typer.Option("--rig", help="rig.toml for what DATA lacks.")] = None,
+    model: Annotated[
+        str, typer.Option("--model", "-m", help="The base model that is questioned.")
+    ] = "constant_radius",
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Also write the JSON here (predict can use it).")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="JSON on stdout.")] = False,
+) -> None:
+    """Name what the model gets wrong about measured data, or say that it cannot be told.
+
+    Status: explained, ambiguous (a class that the data cannot part), unexplained, no_discrepancy.
+    """
+    from tsvision.diagnosis.sources import diagnose_sources
+    from tsvision.records import Rig
+
+    known = Rig()
+    if rig is not None:
+        from tsvision.rig import load_rig
+
+        known = load_rig(rig)
+    verdict = diagnose_sources(data, known, model)
+    for note in verdict.notes:
+        print(f"note: {note}", file=sys.stderr)
+    answer = verdict.to_json()
+    if out is not None:
+        out.write_text(json.dumps(answer, indent=1) + "\n", encoding="utf-8")
+        print(f"verdict: {out}", file=sys.stderr)
+    if as_json:
+        print(json.dumps(answer, indent=1))
+        return
+    print(f"{verdict.status.replace('_', ' ')}\n\n{verdict.paragraph}\n")
+    for item in verdict.evidence[:8]:
+        print(f"  {' + '.join(item['causes']):<45} log evidence gain {item['log_evidence_gain']:g}")

@@ -1,0 +1,334 @@
+"""From a table to a verdict: fit, select, test, weigh, propose."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from tsvision.diagnosis.confounding import equivalent_sets
+from tsvision.diagnosis.fit import Fit, posterior
+from tsvision.diagnosis.gain import Gain, as_it_came, held_out_gain
+from tsvision.diagnosis.lack_of_fit import PLACES, LackOfFit, lack_of_fit
+from tsvision.diagnosis.next_experiment import propose
+from tsvision.diagnosis.problem import Problem, parameters, prepare
+from tsvision.diagnosis.select import Candidate, Selection, select
+from tsvision.diagnosis.table import Table
+from tsvision.diagnosis.units_check import check_units
+from tsvision.diagnosis.verdict import Cause, Estimate, Verdict
+from tsvision.diagnosis.words import paragraph
+from tsvision.mechanisms import MECHANISMS
+from tsvision.mechanisms.shelf import OBSERVABLES
+
+MISFIT_P = 1e-3  # structure in the residual that chance hardly makes
+MOST_LEFT = 0.3  # share of the base's structured misfit that a named cause may leave
+OUTLIER_WEIGHT = 0.2  # of a Student-t residual: beyond about 4.5 times the noise
+SHOWN = 30
+
+
+def diagnose(table: Table, base: str = "constant_radius") -> Verdict:
+    """What the base model gets wrong about the table. Raises InputError on impossible units."""
+    problem = prepare(table, base)
+    check_units(problem)
+    problem = _with_noise_prior(problem)
+    selection = select(problem)
+    best = selection.chosen.best if selection.chosen else selection.base
+    before, after = lack_of_fit(problem, selection.base), lack_of_fit(problem, best)
+    status, explained = _status(problem, selection, before, after)
+    sets, survivors = equivalent_sets(selection, table.observables, after.p > MISFIT_P)
+    if status == "explained" and len(sets) > 1:
+        status = "ambiguous"
+    counted = _counted(problem, best)
+    gain = held_out_gain(problem, selection, counted)
+    named = explained and selection.chosen is not None
+    return _compose(
+        problem, selection, status, sets if named else [], survivors, best, after, counted, gain
+    )
+
+
+def _with_noise_prior(problem: Problem) -> Problem:
+    """The AR(1) coefficient as the saturated model sees it, as every model's prior."""
+    from tsvision.diagnosis.fit import fit
+    from tsvision.mechanisms import Simulation
+
+    first = lack_of_fit(problem, fit(problem, Simulation(base=problem.base)))
+    if not first.tested:
+        return problem
+    return replace(problem, rho_mean=first.rho, rho_sd=np.maximum(first.rho_sd, 0.05))
+
+
+def _status(
+    problem: Problem, selection: Selection, before: LackOfFit, after: LackOfFit
+) -> tuple[str, bool]:
+    """Status, and whether the chosen causes may be named."""
+    if selection.chosen is None:
+        wrong = before.tested and before.p < MISFIT_P
+        return ("unexplained", False) if wrong else ("no_discrepancy", False)
+    if after.tested and after.p < MISFIT_P and _share_left(selection, before, after) > MOST_LEFT:
+        return "unexplained", False
+    return "explained", True
+
+
+def _share_left(selection: Selection, before: LackOfFit, after: LackOfFit) -> float:
+    """Structured misfit left over the base's, the worst observable that the base misfits."""
+    scale = dict(zip(before.structured, selection.base.sigma, strict=False))
+    shares = [
+        after.structured.get(name, 0.0) / max(before.structured[name], 1e-12)
+        for name in before.structured
+        if name == after.observable and scale
+    ]
+    return max(shares, default=0.0)
+
+
+def _counted(problem: Problem, best: Fit) -> np.ndarray:
+    """Rows by which the models are compared: displacement if there is any, outliers left out."""
+    return (problem.table.observable == 0) & (best.weight > OUTLIER_WEIGHT)
+
+
+def _compose(
+    problem: Problem,
+    selection: Selection,
+    status: str,
+    sets: list[tuple[str, ...]],
+    survivors: list[Candidate],
+    best: Fit,
+    after: LackOfFit,
+    counted: np.ndarray,
+    gain: Gain | None,
+) -> Verdict:
+    table = problem.table
+    plain = as_it_came(problem)
+    unit = OBSERVABLES[table.observables[0]]
+    key = "rmse_mm" if unit == "mm" else "rmse"
+    base = {"model": problem.base, key: _rms(table.value - plain, counted), "unit": unit}
+    shown = best if sets else selection.base
+    extended = {key: _rms(table.value - shown.predicted, counted), "unit": unit}
+    causes = tuple(_causes(problem, best)) if sets else ()
+    rivals = [c.best for c in survivors]
+    if len(rivals) == 1:
+        same = [c for c in selection.candidates if len(c.names) == len(rivals[0].names)]
+        rivals += [c.best for c in same if c.names != rivals[0].names][:1]
+    proposal = propose(problem, _with_twins(problem, rivals, sets)) if sets else None
+    following = _plain(proposal)
+    gained = None if gain is None else _gain_dict(gain)
+    residual = _residual(problem, status, selection, after)
+    return Verdict(
+        status=status,
+        causes=causes,
+        equivalent=tuple(sets),
+        base=base,
+        extended=extended,
+        gain=gained,
+        evidence=tuple(
+            {"causes": list(c.names), "log_evidence_gain": round(selection.gain(c), 2)}
+            for c in selection.candidates[:SHOWN]
+        ),
+        next_experiment=following,
+        residual=residual,
+        exact_equivalences=_exact(sets, table.observables),
+        data=_data(problem, best, counted),
+        model=_model(problem, shown),
+        rows=_rows(problem, plain, shown),
+        notes=table.notes,
+        paragraph=paragraph(
+            status,
+            causes,
+            tuple(sets),
+            base,
+            extended,
+            None if gain is None else {**gained, **_short(gain)},  # type: ignore[dict-item]
+            following,
+            residual,
+            unit,
+        ),
+    )
+
+
+def _rms(off: np.ndarray, rows: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(off[rows] ** 2)))
+
+
+def _causes(problem: Problem, best: Fit) -> list[Cause]:
+    found = posterior(problem, best)
+    units = {key: p.unit for key, p in parameters(best.simulation)}
+    return [
+        Cause(
+            name=part.mechanism,
+            title=MECHANISMS[part.mechanism].title,
+            shape=part.shape.name,
+            equation=part.shape.equation,
+            claim=MECHANISMS[part.mechanism].claim,
+            parameters={
+                p.name: Estimate(*found[part.key(p.name)], units[part.key(p.name)])
+                for p in part.shape.parameters
+            },
+        )
+        for part in best.simulation.parts
+    ]
+
+
+def _with_twins(problem: Problem, rivals: list[Fit], sets: list[tuple[str, ...]]) -> list[Fit]:
+    """Rivals that were fitted; twins by construction that were not fitted are left to words."""
+    wanted = [f for f in rivals if f.names in sets]
+    return (wanted if len(wanted) > 1 else rivals)[:4]
+
+
+def _plain(proposal: Any) -> dict[str, Any] | None:
+    if proposal is None:
+        return None
+    return {
+        "observable": proposal.observable,
+        "turns": proposal.turns,
+        "load_N": proposal.load_N,
+        "strings": proposal.strings,
+        "branch": proposal.branch,
+        "separates": ["+".join(names) for names in proposal.separates],
+        "expected_difference": proposal.expected_difference,
+        "noise": proposal.noise,
+        "unit": proposal.unit,
+        "decisiveness": proposal.decisiveness,
+    }
+
+
+def _gain_dict(gain: Gain) -> dict[str, Any]:
+    suffix = "_mm" if OBSERVABLES[gain.observable] == "mm" else ""
+    return {
+        f"held_out_rmse_base{suffix}": gain.base,
+        f"held_out_rmse_base_refitted{suffix}": gain.refitted,
+        f"held_out_rmse_extended{suffix}": gain.extended,
+        "ratio": gain.ratio,
+        "low": gain.low,
+        "high": gain.high,
+        "scheme": gain.scheme,
+        "observable": gain.observable,
+        "chosen_in_folds": [list(names) for names in gain.chosen],
+    }
+
+
+def _short(gain: Gain) -> dict[str, float]:
+    return {"base": gain.base, "extended": gain.extended}
+
+
+def _residual(
+    problem: Problem, status: str, selection: Selection, after: LackOfFit
+) -> dict[str, Any]:
+    """How much is left, where, and a hint in words."""
+    table = problem.table
+    residual: dict[str, Any] = {
+        "lack_of_fit_p": after.p if after.tested else None,
+        "place": after.place or None,
+        "observable": after.observable or None,
+        "structured_rms": after.structured,
+        "hint": "too few observations to tell" if not after.tested else _hint(after),
+    }
+    if status == "unexplained":
+        residual["partly"] = list(selection.chosen.names) if selection.chosen else []
+        at = table.at.take(table.condition)
+        kept = [
+            i
+            for i in range(table.rows)
+            if table.observables[table.observable[i]] == after.observable
+        ]
+        residual["smooth"] = [
+            {
+                "run": table.runs[table.run[i]],
+                "turns": float(at.turns[i]),
+                "load_N": float(at.load_N[i]),
+                "branch": "unwind" if at.unwinding[i] else "wind",
+                "residual": float(after.smooth[i]),
+            }
+            for i in kept
+        ]
+    return residual
+
+
+def _hint(after: LackOfFit) -> str:
+    if after.p > MISFIT_P:
+        return "nothing but noise is left"
+    name = after.observable
+    size = after.structured[name]
+    return (
+        f"a misfit of {name} of {size:.2g} {OBSERVABLES[name]} (rms) is left, {PLACES[after.place]}"
+    )
+
+
+def _exact(sets: list[tuple[str, ...]], observables: tuple[str, ...]) -> tuple[dict, ...]:
+    if observables != ("displacement_mm",) or not any("radius_bias" in s for s in sets):
+        return ()
+    return (
+        {
+            "mechanisms": ["radius_bias", "angle_scale", "camera_scale"],
+            "why": "displacement depends on α r alone, and the stated diameter may come from a "
+            "picture; measure the diameter or the strands' turns to part them",
+        },
+    )
+
+
+def _data(problem: Problem, best: Fit, counted: np.ndarray) -> dict[str, Any]:
+    table = problem.table
+    used = table.at.take(np.unique(table.condition))
+    return {
+        "rows": table.rows,
+        "runs": list(table.runs),
+        "observables": list(table.observables),
+        "loads_N": sorted({float(f) for f in np.round(used.load_N, 4)}),
+        "turns": [float(used.turns.min()), float(used.turns.max())],
+        "noise": dict(zip(table.observables, map(float, best.sigma), strict=True)),
+        "autocorrelation": dict(zip(table.observables, map(float, best.rho), strict=True)),
+        "outliers": int(np.sum(best.weight < OUTLIER_WEIGHT)),
+        "tolerances": {
+            "radius_mm_sd": float(np.mean(table.radius_sd_mm)),
+            "twisting_zone_mm_sd": float(np.mean(table.zone_sd_mm)),
+            "hole_distance_mm_sd": float(np.mean(table.hole_sd_mm)),
+            "camera_scale_sd": table.camera_sd,
+        },
+    }
+
+
+def _model(problem: Problem, shown: Fit) -> dict[str, Any]:
+    """All that is needed to predict with the extended model later."""
+    values = posterior(problem, shown)
+    at = problem.table.at
+    return {
+        "base": problem.base,
+        "parts": [
+            {
+                "mechanism": part.mechanism,
+                "shape": part.shape.name,
+                "values": {p.name: values[part.key(p.name)][0] for p in part.shape.parameters},
+            }
+            for part in shown.simulation.parts
+        ],
+        "reference": {
+            k: getattr(problem.reference, k) for k in problem.reference.__dataclass_fields__
+        },
+        "nominal": {
+            "twisting_zone_mm": float(at.twisting_zone_mm.mean()),
+            "hole_distance_mm": float(at.hole_distance_mm.mean()),
+            "radius_mm": float(at.radius_mm.mean()),
+            "string_diameter_mm": float(at.string_diameter_mm.mean()),
+            "strings": float(at.strings.mean()),
+            "load_N": float(at.load_N.mean()),
+        },
+    }
+
+
+def _rows(problem: Problem, plain: np.ndarray, shown: Fit) -> tuple[dict[str, Any], ...]:
+    """Each row with both models' predictions, for plots of the residuals."""
+    table = problem.table
+    at = table.at
+    return tuple(
+        {
+            "run": table.runs[table.run[i]],
+            "observable": table.observables[table.observable[i]],
+            "turns": float(at.turns[c]),
+            "load_N": float(at.load_N[c]),
+            "branch": "unwind" if at.unwinding[c] else "wind",
+            "value": float(table.value[i]),
+            "base": float(plain[i]),
+            "extended": float(shown.predicted[i]),
+            "weight": float(shown.weight[i]),
+        }
+        for i, c in enumerate(table.condition)
+    )

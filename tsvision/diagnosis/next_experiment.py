@@ -1,0 +1,164 @@
+"""Where to measure next, so that the surviving causes part most (T-optimality)."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tsvision.diagnosis.fit import STEP, Fit
+from tsvision.diagnosis.problem import Problem
+from tsvision.mechanisms.shelf import OBSERVABLES, Conditions
+
+# What one reading of an observable is good to when the data do not tell.
+USUAL_NOISE = {
+    "displacement_mm": 0.1,
+    "diameter_mm": 0.01,
+    "helix_angle_deg": 0.4,
+    "hole_distance_mm": 0.03,
+    "twist_turns": 0.1,
+    "torque_Nmm": 0.1,
+}
+ENOUGH = 6.0  # a difference of so many standard deviations decides; more is worth nothing
+LEVELS = 8
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """One measurement: what, where, which sets it separates, by how much against the noise."""
+
+    observable: str
+    turns: float
+    load_N: float
+    strings: float
+    branch: str
+    separates: tuple[tuple[str, ...], tuple[str, ...]]
+    expected_difference: float
+    noise: float
+    unit: str
+    decisiveness: float
+
+
+def propose(problem: Problem, survivors: list[Fit]) -> Proposal | None:
+    """The single reading that separates the survivors best, over observables and conditions."""
+    if len(survivors) < 2:
+        return None
+    best: tuple[float, Proposal] | None = None
+    design = _grid(problem)
+    for observable in OBSERVABLES:
+        if observable == "torque_Nmm" and not np.all(np.isfinite(design.load_N)):
+            continue
+        asked = _ask(problem, design, observable)
+        seen = [_predict(asked, fitted) for fitted in survivors]
+        noise = _noise(problem, survivors[0], observable, seen[0][0])
+        pairs = list(itertools.combinations(range(len(survivors)), 2))
+        apart = np.array([abs(seen[a][0] - seen[b][0]) for a, b in pairs])
+        spread = np.array([np.sqrt(noise**2 + seen[a][1] + seen[b][1]) for a, b in pairs])
+        score = np.minimum(apart / spread, ENOUGH)
+        total = score.mean(axis=0) + 1e-3 * (apart / spread).mean(axis=0)
+        i = int(np.argmax(total))
+        if best is None or total[i] > best[0]:
+            pair = int(np.argmax(score[:, i]))
+            a, b = pairs[pair]
+            best = (
+                float(total[i]),
+                Proposal(
+                    observable=observable,
+                    turns=float(design.turns[i]),
+                    load_N=float(design.load_N[i]),
+                    strings=float(design.strings[i]),
+                    branch="unwind" if design.unwinding[i] else "wind",
+                    separates=(survivors[a].names, survivors[b].names),
+                    expected_difference=float(apart[pair, i]),
+                    noise=float(np.broadcast_to(noise, apart[pair].shape)[i]),
+                    unit=OBSERVABLES[observable],
+                    decisiveness=float(apart[pair, i] / spread[pair, i]),
+                ),
+            )
+    return best[1] if best else None
+
+
+def _grid(problem: Problem) -> Conditions:
+    """Conditions within reach: turns up to the largest, the loads at hand and half again."""
+    table = problem.table
+    at = table.at
+    used = np.unique(table.condition)
+    turns = np.linspace(0, at.turns[used].max(), LEVELS + 1)[1:]
+    known = at.load_N[used][np.isfinite(at.load_N[used])]
+    loads = [known.min(), known.max()] if known.size else [np.nan]
+    back = [False, True] if at.unwinding[used].any() else [False]
+    typical = {n: used[np.argmax(at.strings[used] == n)] for n in np.unique(at.strings[used])}
+    cells = list(itertools.product(turns, sorted(set(loads)), back, typical))
+    index = np.array([typical[cell[3]] for cell in cells])
+    design = at.take(index)
+    late = np.nanmax(at.time_s[used]) if np.isfinite(at.time_s[used]).any() else np.nan
+    return replace(
+        design,
+        turns=np.array([cell[0] for cell in cells]),
+        load_N=np.array([cell[1] for cell in cells]),
+        unwinding=np.array([cell[2] for cell in cells]),
+        peak_turns=np.full(len(cells), turns[-1]),
+        time_s=np.full(len(cells), late),
+    )
+
+
+def _ask(problem: Problem, design: Conditions, observable: str) -> Problem:
+    """The problem with the design as its rows, all of one observable."""
+    table = problem.table
+    source = np.array([np.argmax(table.at.strings == n) for n in design.strings])
+    count = len(design.turns)
+    asked = replace(
+        table,
+        at=design,
+        observables=(observable,),
+        observable=np.zeros(count, dtype=int),
+        condition=np.arange(count),
+        run=np.zeros(count, dtype=int),
+        before=np.full(count, -1),
+        value=np.zeros(count),
+        value_sd=np.full(count, np.nan),
+        radius_sd_mm=table.radius_sd_mm[source],
+        zone_sd_mm=table.zone_sd_mm[source],
+        hole_sd_mm=table.hole_sd_mm[source],
+    )
+    columns = list(problem.columns)
+    for extra in ("camera", "torque_gain"):
+        if extra not in columns:
+            columns.append(extra)
+    return replace(
+        problem,
+        table=asked,
+        radius_group=problem.radius_group[source],
+        zone_group=problem.zone_group[source],
+        hole_group=problem.hole_group[source],
+        columns=tuple(columns),
+        offsets=np.zeros((count, 0)),
+        row_scale=np.ones(count),
+    )
+
+
+def _predict(asked: Problem, fitted: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and variance (m,) of what a fit expects, its parameters' uncertainty included."""
+    old = len(fitted.z)
+    new = asked.nuisances
+    used = old + len(fitted.u)
+    position = np.array([*range(old), *range(new, new + len(fitted.u))])
+    centre = np.zeros(new + len(fitted.u))
+    centre[position] = np.concatenate([fitted.z, fitted.u])
+    covariance = np.eye(len(centre))
+    covariance[np.ix_(position, position)] = fitted.covariance[:used, :used]
+    block = centre + np.vstack([np.zeros(len(centre)), STEP * np.eye(len(centre))])
+    rows = asked.predict(fitted.simulation, block[:, new:], block[:, :new])
+    slope = (rows[1:] - rows[0]) / STEP
+    return rows[0], np.einsum("pm,pq,qm->m", slope, covariance, slope)
+
+
+def _noise(problem: Problem, fitted: Fit, observable: str, seen: np.ndarray) -> np.ndarray:
+    if observable in problem.table.observables:
+        known = float(fitted.sigma[problem.table.observables.index(observable)])
+        return np.full(seen.shape, known)
+    usual = USUAL_NOISE[observable]
+    return (
+        np.maximum(usual, 0.03 * np.abs(seen)) if observable == "torque_Nmm" else usual + 0 * seen
+    )

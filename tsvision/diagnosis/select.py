@@ -1,0 +1,238 @@
+"""Which causes do the data support: base, singles, pairs and triples by their evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tsvision.diagnosis.fit import Fit, fit
+from tsvision.diagnosis.problem import Problem, bounds, parameters
+from tsvision.mechanisms import MECHANISMS, Shape, Simulation
+from tsvision.mechanisms.shelf import Part
+
+ALARM = 3.0  # log evidence that a cause must gain over the base
+CLASS_WIDTH = 3.0  # sets this close to the best cannot be told from it
+FIRST_PARTNERS = 5  # mechanisms that are tried as the first of a pair
+PAIRS_REFINED = 12
+SECOND_SHARE = 0.12  # a further cause must gain this share of what the first gained
+PRIOR_LOG_ODDS = {"variable_radius": -1.0}  # the paper refutes it for the overtwist phase
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A set of mechanisms with the evidence of its shapes pooled, and its best fit."""
+
+    names: tuple[str, ...]
+    log_evidence: float
+    best: Fit
+    fits: tuple[Fit, ...]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """All that was tried. `chosen` is what the data support best (the base if nothing)."""
+
+    base: Fit
+    candidates: tuple[Candidate, ...]  # by falling evidence
+    chosen: Candidate | None
+
+    def gain(self, candidate: Candidate) -> float:
+        return candidate.log_evidence - self.base.log_evidence
+
+
+def usable_shapes(problem: Problem, name: str) -> list[Shape]:
+    """The shapes of a mechanism for which the table holds what they need."""
+    mechanism = MECHANISMS[name]
+    if not set(mechanism.touches) & set(problem.table.observables):
+        return []
+    have = available(problem)
+    return [shape for shape in mechanism.shapes if shape.needs <= have]
+
+
+def available(problem: Problem) -> frozenset[str]:
+    """What the table tells: load, loads (several), time, unwinding, bundles (several)."""
+    table = problem.table
+    at = table.at.take(np.unique(table.condition))
+    have = set()
+    if table.load_recorded and np.all(at.load_N > 0):
+        have.add("load")
+        if np.ptp(at.load_N) > 1e-6 * at.load_N.max():
+            have.add("loads")
+    if np.all(np.isfinite(at.time_s)) and np.ptp(at.time_s) > 0:
+        have.add("time")
+    if at.unwinding.any():
+        have.add("unwinding")
+    if np.ptp(at.radius_mm) > 1e-6:
+        have.add("bundles")
+    return frozenset(have)
+
+
+def select(problem: Problem, hints: Selection | None = None) -> Selection:
+    """Fit base, singles, pairs (and triples) and choose. `hints` (a selection on more rows of the
+    same table) gives starting points only: evidence is computed anew."""
+    base = fit(problem, Simulation(base=problem.base))
+    singles = _singles(problem, base, hints)
+    candidates = list(singles)
+    worth = [c for c in singles if c.log_evidence - base.log_evidence > -1.0] or singles[:1]
+    if worth and _may_be_more(singles, base):
+        candidates += _extended(problem, worth[:FIRST_PARTNERS], hints)
+    chosen = _choose(base, candidates)
+    if chosen is not None and len(chosen.names) == 2 and hints is None:
+        candidates += _extended(problem, [chosen], None)
+        chosen = _choose(base, candidates)
+    ranked = tuple(sorted(candidates, key=lambda c: -c.log_evidence))
+    return Selection(base, ranked, chosen)
+
+
+def _may_be_more(singles: list[Candidate], base: Fit) -> bool:
+    return bool(singles) and base.log_evidence < 1e9
+
+
+def _singles(problem: Problem, base: Fit, hints: Selection | None) -> list[Candidate]:
+    found = []
+    known = {} if hints is None else {c.names: c for c in hints.candidates}
+    for name in MECHANISMS:
+        shapes = usable_shapes(problem, name)
+        if not shapes:
+            continue
+        if (name,) in known:
+            fits = [_again(problem, old) for old in known[(name,)].fits]
+        else:
+            fits = [
+                fit(problem, MECHANISMS[name].extend(Simulation(base=problem.base), shape.name))
+                for shape in shapes
+            ]
+        found.append(_pool((name,), fits, len(shapes)))
+    return sorted(found, key=lambda c: -c.log_evidence)
+
+
+def _again(problem: Problem, old: Fit) -> Fit:
+    """Fit the same simulation to other rows, from where it stood."""
+    start = np.concatenate([old.z, old.u, old.offsets])
+    return fit(problem, old.simulation, start, most_steps=8, noise=(old.sigma, old.rho))
+
+
+def _pool(names: tuple[str, ...], fits: list[Fit], shapes: int) -> Candidate:
+    """Evidence averaged over the shapes that were possible, best fit first."""
+    fits = sorted(fits, key=lambda f: -f.log_evidence)
+    evidence = np.array([f.log_evidence for f in fits])
+    pooled = evidence[0] + float(np.log(np.sum(np.exp(evidence - evidence[0])) / shapes))
+    pooled += sum(PRIOR_LOG_ODDS.get(name, 0.0) for name in names)
+    return Candidate(names, pooled, fits[0], tuple(fits))
+
+
+def _choose(base: Fit, candidates: list[Candidate]) -> Candidate | None:
+    """The best single over the alarm; a larger set only for its own, substantial gain."""
+    chosen: Candidate | None = None
+    level = base.log_evidence
+    first_gain = 0.0
+    for size in (1, 2, 3):
+        sets = [c for c in candidates if len(c.names) == size]
+        if not sets:
+            continue
+        best = max(sets, key=lambda c: c.log_evidence)
+        need = ALARM if chosen is None else max(ALARM, SECOND_SHARE * first_gain)
+        if best.log_evidence - level > need:
+            first_gain = max(first_gain, best.log_evidence - level)
+            chosen, level = best, best.log_evidence
+    return chosen
+
+
+# ------------------------------------------------------------------ larger sets
+
+
+def _extended(
+    problem: Problem, firsts: list[Candidate], hints: Selection | None
+) -> list[Candidate]:
+    """Each of `firsts` with one more mechanism: screened by one linear step, the best refined."""
+    if hints is not None:
+        sizes = {len(f.names) + 1 for f in firsts}
+        old = [c for c in hints.candidates if len(c.names) in sizes]
+        return [
+            _pool(c.names, [_again(problem, f) for f in c.fits], _combinations(problem, c.names))
+            for c in old
+        ]
+    screened: list[tuple[float, Fit, Part, np.ndarray]] = []
+    for first in firsts:
+        screened += _screen(problem, first.best)
+    screened.sort(key=lambda item: -item[0])
+    fits: dict[tuple[str, ...], list[Fit]] = {}
+    for _, start_fit, part, start in screened:
+        names = _sorted_names((*start_fit.names, part.mechanism))
+        if len(fits.get(names, ())) >= 2:
+            continue
+        if sum(map(len, fits.values())) >= PAIRS_REFINED:
+            break
+        fits.setdefault(names, []).append(_refine(problem, start_fit, part, start))
+    return [_pool(names, found, _combinations(problem, names)) for names, found in fits.items()]
+
+
+def _sorted_names(names: Iterable[str]) -> tuple[str, ...]:
+    order = list(MECHANISMS)
+    return tuple(sorted(names, key=order.index))
+
+
+def _combinations(problem: Problem, names: tuple[str, ...]) -> int:
+    return int(np.prod([len(usable_shapes(problem, name)) for name in names]))
+
+
+def _screen(problem: Problem, first: Fit) -> list[tuple[float, Fit, Part, np.ndarray]]:
+    """Gain in log likelihood, to first order, of every shape added to `first`, best start each."""
+    from tsvision.diagnosis.fit import _Noise  # one whitening for all
+
+    noise = _Noise(problem, first.sigma, first.rho)
+    heavy = np.sqrt(first.weight)
+    orthogonal = np.linalg.qr(heavy[:, None] * noise.whiten(first.jacobian[None])[0])[0]
+    residual = heavy * first.innovation
+    residual = residual - orthogonal @ (orthogonal.T @ residual)
+    observable = problem.table.observable
+    before = np.bincount(observable, residual**2) + 1e-12
+    count = np.bincount(observable)
+    found = []
+    for name in MECHANISMS:
+        if name in first.names:
+            continue
+        for shape in usable_shapes(problem, name):
+            part = Part(name, shape)
+            starts = _start_grid(shape)
+            change = _change(problem, first, part, starts)
+            white = noise.whiten(change) * heavy
+            white = white - (white @ orthogonal) @ orthogonal.T
+            along = white @ residual
+            square = np.einsum("sn,sn->s", white, white) + 1e-9
+            share = np.clip(along / square, 0.0, 8.0)
+            left = residual - share[:, None] * white
+            after = np.array([np.bincount(observable, row) for row in left**2]) + 1e-12
+            gain = np.sum(0.5 * count * np.log(before / after), axis=1)
+            gain -= 0.5 * len(shape.parameters)
+            best = int(np.argmax(gain))
+            found.append((float(gain[best]), first, part, starts[best] * 1.0))
+    return found
+
+
+def _start_grid(shape: Shape) -> np.ndarray:
+    grid = np.zeros((1, 0))
+    for p in shape.parameters:
+        grid = np.column_stack(
+            [np.repeat(grid, len(p.starts), axis=0), np.tile(p.starts, len(grid))]
+        )
+    return grid[:: max(1, -(-len(grid) // 24))]
+
+
+def _change(problem: Problem, first: Fit, part: Part, starts: np.ndarray) -> np.ndarray:
+    """What the added part changes in the rows at its starting values (S, n)."""
+    together = replace(first.simulation, parts=(*first.simulation.parts, part))
+    own = np.repeat(first.u[None], len(starts), axis=0)
+    z = np.repeat(first.z[None], len(starts), axis=0)
+    rows = problem.predict(together, np.hstack([own, starts]), z)
+    return rows - problem.predict(first.simulation, first.u[None], first.z[None])
+
+
+def _refine(problem: Problem, first: Fit, part: Part, start: np.ndarray) -> Fit:
+    together = replace(first.simulation, parts=(*first.simulation.parts, part))
+    limits = [bounds(p) for _, p in parameters(together)]
+    u = np.clip(np.concatenate([first.u, start]), *np.array(limits).T)
+    theta = np.concatenate([first.z, u, first.offsets])
+    return fit(problem, together, theta, noise=(first.sigma, first.rho))

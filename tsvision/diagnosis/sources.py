@@ -1,0 +1,30 @@
+"""DATA as it comes: one CSV, or folders that `tsvision measure` wrote."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from tsvision.diagnosis.diagnose import diagnose
+from tsvision.diagnosis.table import Table, read_table
+from tsvision.diagnosis.verdict import Verdict
+from tsvision.errors import InputError
+from tsvision.models import MODELS
+from tsvision.records import Rig
+
+
+def diagnose_sources(paths: Sequence[Path], rig: Rig, base: str = "constant_radius") -> Verdict:
+    """Diagnose one CSV table or one or more measured folders (each a run)."""
+    if base not in MODELS:
+        raise InputError(f"no model '{base}' on the shelf; there are: {', '.join(MODELS)}")
+    return diagnose(load(paths, rig), base)
+
+
+def load(paths: Sequence[Path], rig: Rig) -> Table:
+    """The table of DATA; InputError when a path is neither a CSV nor a measured folder."""
+    folders = [path for path in paths if path.is_dir()]
+    if folders:
+        raise InputError(f"'{folders[0]}' is a folder; give a CSV")
+    if len(paths) != 1:
+        raise InputError("give one CSV, or folders that `tsvision measure` wrote")
+    return read_table(paths[0], rig)

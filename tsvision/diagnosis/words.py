@@ -1,0 +1,78 @@
+"""A diagnosis in plain words, for a lab book."""
+
+from __future__ import annotations
+
+from tsvision.diagnosis.verdict import Cause, Estimate
+from tsvision.mechanisms import MECHANISMS
+
+
+def paragraph(
+    status: str,
+    causes: tuple[Cause, ...],
+    equivalent: tuple[tuple[str, ...], ...],
+    base: dict,
+    extended: dict,
+    gain: dict | None,
+    next_experiment: dict | None,
+    residual: dict,
+    unit: str,
+) -> str:
+    """A few sentences: how wrong the model is, why, what mending it gains, what to do next."""
+    key = "rmse_mm" if "rmse_mm" in base else "rmse"
+    said = [f"The {base['model'].replace('_', '-')} model is {base[key]:.3g} {unit} off (RMSE)."]
+    if status == "no_discrepancy":
+        said.append(
+            "That is within the noise and the tolerances of its inputs: nothing is shown to be "
+            "wrong with it."
+        )
+        return " ".join(said)
+    if status == "unexplained":
+        said.append(f"Something is wrong that no known cause explains: {residual['hint']}.")
+        if residual.get("partly"):
+            names = " with ".join(residual["partly"])
+            said.append(f"Part of it resembles {names}, which is not enough to name it.")
+        return " ".join(said)
+    said.append(_causes(causes))
+    if len(equivalent) > 1:
+        others = "; ".join(_joined(names) for names in equivalent[1:])
+        said.append(f"These data cannot tell that from: {others}.")
+    if gain:
+        said.append(
+            f"Extended by it, the model is {extended[key]:.3g} {unit} off, and "
+            f"{gain['extended']:.3g} {unit} on data that it had not seen ({gain['scheme']}; the "
+            f"base: {gain['base']:.3g} {unit}; {gain['ratio']:.2g} times better, 95 % interval "
+            f"{gain['low']:.2g} to {gain['high']:.2g})."
+        )
+    if residual["lack_of_fit_p"] is not None and residual["lack_of_fit_p"] < 0.01:
+        said.append(f"A small part is left over: {residual['hint']}.")
+    if next_experiment and len(equivalent) > 1:
+        said.append(_next(next_experiment))
+    return " ".join(said)
+
+
+def _causes(causes: tuple[Cause, ...]) -> str:
+    told = []
+    for cause in causes:
+        numbers = ", ".join(f"{key} {_number(e)}" for key, e in cause.parameters.items())
+        told.append(f"{cause.title.lower()} ({cause.claim}; {numbers})")
+    return "The data point to " + "; and to ".join(told) + "."
+
+
+def _number(e: Estimate) -> str:
+    unit = "" if e.unit == "1" else f" {e.unit}"
+    return f"{e.value:.3g}{unit} [{e.low:.3g}, {e.high:.3g}]"
+
+
+def _joined(names: tuple[str, ...]) -> str:
+    return " with ".join(MECHANISMS[name].title.lower() for name in names)
+
+
+def _next(proposal: dict) -> str:
+    where = f"at {proposal['turns']:.3g} turns"
+    if proposal["load_N"] is not None and proposal["load_N"] == proposal["load_N"]:
+        where += f" under {proposal['load_N']:.3g} N"
+    what = proposal["observable"].rsplit("_", 1)[0].replace("_", " ")
+    return (
+        f"To decide, measure the {what} {where}: the candidates differ there by "
+        f"{proposal['expected_difference']:.2g} {proposal['unit']}."
+    )
