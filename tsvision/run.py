@@ -18,7 +18,7 @@ from tsvision.atomic import write_text
 from tsvision.errors import InputError
 from tsvision.images.frames import input_files, open_recording, part_of
 from tsvision.records import FrameResult, Recording
-from tsvision.results.folder import SUMMARY, check_out, staged
+from tsvision.results.folder import PROFILES, SUMMARY, check_out, staged
 from tsvision.results.summary import make_summary, sha256_of, to_json
 from tsvision.results.tables import (
     KnotCollector,
@@ -30,7 +30,10 @@ from tsvision.results.tables import (
 from tsvision.rig import find_rig, load_rig
 
 _BYTES_A_FRAME = 40_000  # profiles of a 1920 px wide picture, compressed
-Measure = Callable[[Recording], Iterator[FrameResult]]
+SEGMENT_FRAMES = 1000
+"""Measuring starts afresh at each multiple of this, in one go as in chunks on many machines, so
+that both give the same bytes."""
+Measure = Callable[[Recording, int, int], Iterator[FrameResult]]  # frames start..stop-1
 Progress = Callable[[int, int], None]  # frames done, frames in all
 
 
@@ -73,8 +76,7 @@ def measure_to_folder(
     recording, first = open_request(request)
     check_out(out, overwrite, need_bytes=_BYTES_A_FRAME * len(recording.files))
     with staged(out) as folder:
-        results = (measure or measuring())(recording)
-        write_measurement(folder, recording, results, first, progress)
+        write_measurement(folder, recording, measure or measuring(), first, progress)
     return out
 
 
@@ -82,7 +84,7 @@ def measuring() -> Measure:
     """The measuring of frames, imported only when it is needed."""
     from tsvision.measures.recording import measure_frames
 
-    return measure_frames
+    return lambda recording, start, stop: measure_frames(recording, start=start, stop=stop)
 
 
 def open_request(request: Request) -> tuple[Recording, int]:
@@ -113,32 +115,61 @@ def _rig_path(request: Request) -> Path | None:
     return find_rig(source if isinstance(source, str | Path) else source[0]) if source else None
 
 
+def segments(count: int) -> list[tuple[int, int]]:
+    """(start, stop) of the stretches that are measured one by one."""
+    return [(a, min(a + SEGMENT_FRAMES, count)) for a in range(0, count, SEGMENT_FRAMES)]
+
+
 def write_measurement(
     folder: Path,
     recording: Recording,
-    results: Iterator[FrameResult],
+    measure: Measure,
     first: int = 0,
     progress: Progress | None = None,
 ) -> None:
     """Everything a measured recording leaves in `folder`. `first` is added to frame numbers."""
-    digests = _Digests(input_files(recording))
-    rows, sightings = RowCollector(), KnotCollector()
-    profiles = ProfileWriter(folder / "profiles.parquet")
+    digests = Digests(input_files(recording))
     total = len(recording.files)
-    try:
-        for done, result in enumerate(results, start=1):
-            row = result.row
-            if first:
-                row = replace(row, frame=row.frame + first)
-            rows.add(row)
-            sightings.add(row, result.knots)
-            if result.profile is not None:
-                profiles.add(row.frame, result.profile)
-            if progress is not None:
-                progress(done, total)
-    finally:
-        profiles.close()
-    write_tables(folder, recording, rows.table(), sightings.table(), digests.get())
+    with Stretch(folder / PROFILES, first) as stretch:
+        for start, stop in segments(total):
+            for done, result in enumerate(measure(recording, start, stop), start=start + 1):
+                stretch.add(result)
+                if progress is not None:
+                    progress(done, total)
+            stretch.end_segment()
+    frames, knots = stretch.tables()
+    write_tables(folder, recording, frames, knots, digests.get(), first)
+
+
+class Stretch:
+    """What the frames of a recording, or of a part of it, have given so far."""
+
+    def __init__(self, profiles: Path, first: int = 0) -> None:
+        self._rows, self._sightings = RowCollector(), KnotCollector()
+        self._profiles = ProfileWriter(profiles)
+        self._first = first
+
+    def __enter__(self) -> Stretch:
+        return self
+
+    def __exit__(self, *problem: object) -> None:
+        self._profiles.close()
+
+    def add(self, result: FrameResult) -> None:
+        """Take up one frame."""
+        row = replace(result.row, frame=result.row.frame + self._first)
+        self._rows.add(row)
+        self._sightings.add(row, result.knots)
+        if result.profile is not None:
+            self._profiles.add(row.frame, result.profile)
+
+    def end_segment(self) -> None:
+        """Close the row group, so that a segment's profiles do not depend on its neighbours."""
+        self._profiles.end_group()
+
+    def tables(self) -> tuple[pd.DataFrame, pd.DataFrame]:
+        """Rows and sightings."""
+        return self._rows.table(), self._sightings.table()
 
 
 def write_tables(
@@ -147,6 +178,7 @@ def write_tables(
     frames: pd.DataFrame,
     knots: pd.DataFrame,
     digests: Mapping[Path, str],
+    first: int = 0,
 ) -> None:
     """The account of what was measured, the tables and the summary."""
     from tsvision.timeline.account import account
@@ -156,13 +188,13 @@ def write_tables(
     told = account(frames, knots, recording.rig)
     write_frames(folder, told.frames)
     write_knots(folder, told.knots)
-    more: dict[str, Any] = {"onset_reasons": told.reasons, "notes": list(told.notes)}
-    more.update(told.extras)
-    summary = make_summary(recording, told.frames, told.onsets, digests, more)
+    more: dict[str, Any] = {"onset_reasons": told.reasons, **told.extras}
+    summary = make_summary(recording, told.frames, told.onsets, digests, more, first)
+    summary["notes"] = [*recording.notes, *told.notes]
     write_text(folder / SUMMARY, to_json(summary))
 
 
-class _Digests:
+class Digests:
     """sha256 of the input files, computed beside the measuring (the hash lets others run)."""
 
     def __init__(self, paths: Sequence[Path]) -> None:

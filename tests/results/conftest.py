@@ -12,7 +12,7 @@ import pytest
 from tsvision.images.frames import iter_frames
 from tsvision.records import FrameResult, FrameRow, KnotSighting, Profile, Recording
 
-Measure = Callable[[Recording], Iterator[FrameResult]]
+Measure = Callable[[Recording, int, int], Iterator[FrameResult]]
 
 
 def picture(number: int, color: bool = False) -> np.ndarray:
@@ -36,9 +36,9 @@ def film(tmp_path: Path) -> Path:
     return folder
 
 
-def measure_bar(recording: Recording) -> Iterator[FrameResult]:
+def measure_bar(recording: Recording, start: int, stop: int) -> Iterator[FrameResult]:
     """The bar's column as a diameter: every number can be told from the picture."""
-    for frame in iter_frames(recording):
+    for frame in iter_frames(recording, start, stop):
         row = FrameRow(
             frame=frame.index, file=frame.file, turns=float(recording.turns[frame.index])
         )

@@ -147,8 +147,8 @@ def test_overwrite_never_replaces_a_folder_that_is_no_measurement(
 def test_nothing_half_written_is_left(film: Path, tmp_path: Path, measure, error) -> None:
     old = everything_in(measure_to_folder(film, tmp_path / "out", frames=(0, 2), measure=measure))
 
-    def fails_midway(recording: Recording) -> Iterator[FrameResult]:
-        for i, result in enumerate(measure(recording)):
+    def fails_midway(recording: Recording, start: int, stop: int) -> Iterator[FrameResult]:
+        for i, result in enumerate(measure(recording, start, stop)):
             if i == 5:
                 raise error("midway")
             yield result
@@ -161,7 +161,7 @@ def test_nothing_half_written_is_left(film: Path, tmp_path: Path, measure, error
 
 
 def test_output_place_is_checked_before_measuring(film: Path, tmp_path: Path) -> None:
-    def never(recording: Recording) -> Iterator[FrameResult]:
+    def never(recording: Recording, start: int, stop: int) -> Iterator[FrameResult]:
         raise AssertionError("measured although nothing could be written")
 
     (tmp_path / "file").write_text("")

@@ -18,11 +18,12 @@ from tsvision.atomic import telling_what_failed
 from tsvision.errors import InputError
 
 SUMMARY = "summary.json"
+PROFILES = "profiles.parquet"
 OWN_FILES = frozenset(
     {
         "frames.parquet",
         "frames.csv",
-        "profiles.parquet",
+        PROFILES,
         "knots.parquet",
         "knots.csv",
         "budget.csv",

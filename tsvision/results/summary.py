@@ -34,13 +34,16 @@ def make_summary(
     onsets: Mapping[str, Onset],
     digests: Mapping[Path, str],
     more: Mapping[str, Any] = {},
+    first: int = 0,
 ) -> dict[str, Any]:
-    """All of summary.json. `frames` is the final table; `digests` the sha256 of each input file."""
+    """All of summary.json. `frames` is the final table; `digests` the sha256 of each input file;
+    `first` the number of the first frame measured."""
     flagged = frames["flags"].astype(str)
     counts = Counter(name for text in flagged for name in text.split("|") if name)
     return {
         "tool": "tsvision",
         "format": FORMAT,
+        "key": content_key(recording, digests, first),
         "input": describe_input(recording, digests),
         "frames_total": len(frames),
         "frames_measured": int(frames["diameter_px"].notna().sum()),
@@ -52,7 +55,7 @@ def make_summary(
         "handedness": _majority(frames["handedness"]),
         **{name: asdict(onset) for name, onset in onsets.items()},
         **more,
-        "notes": [*recording.notes, *more.get("notes", ())],
+        "notes": list(recording.notes),
         "rig": rig_values(recording.rig),
         "rig_source": _sources(recording.rig),
         "versions": versions(),
@@ -118,6 +121,21 @@ def describe_input(recording: Recording, digests: Mapping[Path, str]) -> dict[st
         "sha256": together.hexdigest(),
         "files": files,
     }
+
+
+def content_key(recording: Recording, digests: Mapping[Path, str], first: int = 0) -> str:
+    """sha256 of all that decides the result: pictures, their order, turns, rig, the version."""
+    known = hashlib.sha256()
+    for part in (
+        json.dumps([FORMAT, __version__, first, recording.kind]),
+        describe_input(recording, digests)["sha256"],
+        json.dumps([printable(name) for name in recording.files]),
+        json.dumps(_strict(rig_values(recording.rig)), sort_keys=True),
+    ):
+        known.update(part.encode() + b"\n")
+    for name in ("turns", "time_s", "displacement_mm", "load_N", "cycle"):
+        known.update(np.ascontiguousarray(getattr(recording, name), dtype="<f8").tobytes())
+    return known.hexdigest()
 
 
 def sha256_of(path: Path) -> str:

@@ -53,6 +53,22 @@ class RowCollector:
         return pd.DataFrame(columns)
 
 
+def row_table_to_parquet(path: Path, frames: pd.DataFrame) -> None:
+    """Rows as measured, to be read back by `tables_from_parquet` without a change."""
+    pq.write_table(_conform(frames, FRAMES), path, compression=_COMPRESSION)
+
+
+def knot_table_to_parquet(path: Path, knots: pd.DataFrame) -> None:
+    """Sightings as measured, without a track."""
+    table = pa.Table.from_pandas(knots, preserve_index=False)
+    pq.write_table(table, path, compression=_COMPRESSION)
+
+
+def tables_from_parquet(paths: list[Path]) -> pd.DataFrame:
+    """The tables of several files, one below the other."""
+    return pa.concat_tables([pq.read_table(path) for path in paths]).to_pandas()
+
+
 class KnotCollector:
     """Sightings of knots, one row each."""
 
@@ -83,18 +99,26 @@ class ProfileWriter:
         count = len(profile.s_mm)
         columns = [pa.array(np.full(count, frame, dtype=np.int64))]
         for f in fields(Profile):
-            columns.append(pa.array(np.asarray(getattr(profile, f.name), dtype=np.float32)))
+            columns.append(_or_null(np.asarray(getattr(profile, f.name), dtype=np.float32)))
         self._waiting.append(pa.record_batch(columns, schema=PROFILES))
         self._rows += count
         if self._rows >= _ROWS_A_GROUP:
-            self._flush()
+            self.end_group()
+
+    def append(self, path: Path) -> None:
+        """Append the row groups of another file of profiles as they are."""
+        with pq.ParquetFile(path) as other:
+            for group in range(other.num_row_groups):
+                table = other.read_row_group(group)
+                self._writer.write_table(table, row_group_size=max(1, len(table)))
 
     def close(self) -> None:
         """Write what waits and the footer."""
-        self._flush()
+        self.end_group()
         self._writer.close()
 
-    def _flush(self) -> None:
+    def end_group(self) -> None:
+        """Write what waits as a row group of its own."""
         if self._waiting:
             table = pa.Table.from_batches(self._waiting, PROFILES).combine_chunks()
             self._writer.write_table(table, row_group_size=max(1, self._rows))
@@ -139,8 +163,13 @@ def _column(table: pd.DataFrame, field: pa.Field) -> pa.Array:
     if pa.types.is_string(field.type):
         return pa.array([printable(str(v)) if isinstance(v, str) else "" for v in values])
     if pa.types.is_floating(field.type):
-        return pa.array(values.to_numpy(dtype=float), type=field.type)
+        return _or_null(values.to_numpy(dtype=float))
     return pa.array(values, type=field.type, from_pandas=True)
+
+
+def _or_null(values: np.ndarray) -> pa.Array:
+    """Unknown is null on disk: SQL leaves it out of means, pandas shows it as NaN."""
+    return pa.array(values, mask=np.isnan(values))
 
 
 def _write_both(stem: Path, table: pa.Table) -> None:
