@@ -16,8 +16,9 @@ import numpy as np
 from tsvision.timeline.criteria import Rates
 from tsvision.timeline.order import Order
 
-DRAWS = 2000
+DRAWS = 1000
 SEED = 20_231
+LEAST_WEIGHT = 0.1
 HIDDEN_SEEN_PENALTY = -3.0  # log chance of seeing, in a frame where it is hidden, what is not it
 
 
@@ -34,39 +35,43 @@ def infer(evidence: np.ndarray, order: Order, can_hide: bool, rates: Rates = Rat
     count = len(evidence)
     if count == 0:
         return Histories(np.zeros(0), np.zeros((DRAWS, 0), dtype=bool))
-    emission = _emissions(_tempered(evidence, order.wind, rates), can_hide)
-    steps = [_transition(order, i, can_hide, rates) for i in range(count - 1)]
-    forward = _filter(emission, steps, _start(order, rates))
+    weight = independence(np.abs(np.gradient(order.wind)), rates) if count > 1 else np.ones(1)
+    emission = emissions(evidence * weight, can_hide)
+    turned = np.abs(np.diff(order.wind))
+    steps = [
+        transition(turned[i], order.direction[i + 1] > 0, can_hide, rates) for i in range(count - 1)
+    ]
+    forward = _filter(emission, steps, start(float(order.wind[0]), rates))
     drawn = _draw(forward, steps)
     return Histories(drawn.mean(axis=0), drawn)
 
 
-def _tempered(evidence: np.ndarray, wind: np.ndarray, rates: Rates) -> np.ndarray:
-    """Frames closer together than `independent_turns` show much the same view: they share."""
-    if len(wind) < 3 or not np.isfinite(wind).all():
-        return evidence
-    step = np.abs(np.gradient(wind))
-    return evidence * np.clip(step / rates.independent_turns, 0.1, 1.0)
+def independence(step_turns: np.ndarray, rates: Rates) -> np.ndarray:
+    """Weight of each frame's evidence: frames closer together than `independent_turns` show much
+    the same view, and share what one of them would say."""
+    step = np.where(np.isfinite(step_turns), step_turns, rates.independent_turns)
+    return np.clip(step / rates.independent_turns, LEAST_WEIGHT, 1.0)
 
 
-def _emissions(evidence: np.ndarray, can_hide: bool) -> np.ndarray:
-    emission = np.zeros((len(evidence), 3))
-    emission[:, 1] = evidence
-    emission[:, 2] = np.where(evidence > 0, HIDDEN_SEEN_PENALTY, 0.0) if can_hide else -np.inf
-    return np.exp(emission)
+def emissions(evidence: np.ndarray, can_hide: bool) -> np.ndarray:
+    """(n, 3) likelihood of each frame under absent, there, hidden, up to a factor a frame."""
+    result = np.zeros((len(evidence), 3))
+    result[:, 1] = evidence
+    result[:, 2] = np.where(evidence > 0, HIDDEN_SEEN_PENALTY, 0.0) if can_hide else -np.inf
+    return np.exp(result)
 
 
-def _start(order: Order, rates: Rates) -> np.ndarray:
-    """A recording that begins near zero turns begins untwisted; elsewhere it may be under way."""
-    begun = 1.0 - np.exp(-rates.rise_per_turn * max(float(order.wind[0]), 0.0)) + 1e-3
+def start(wind: float, rates: Rates) -> np.ndarray:
+    """(3,) belief before the first frame: a recording that begins near zero turns begins
+    untwisted; elsewhere the phase may be under way."""
+    begun = 1.0 - np.exp(-rates.rise_per_turn * max(wind, 0.0)) + 1e-3
     begun = begun if np.isfinite(begun) else 0.5
     return np.array([1.0 - begun, begun, 0.1 * begun])
 
 
-def _transition(order: Order, i: int, can_hide: bool, rates: Rates) -> np.ndarray:
-    step = abs(order.wind[i + 1] - order.wind[i])
-    step = max(step if np.isfinite(step) else 1.0, rates.step_floor_turns)
-    winding = order.direction[i + 1] > 0
+def transition(step_turns: float, winding: bool, can_hide: bool, rates: Rates) -> np.ndarray:
+    """(3, 3) chance of each state after each, over `step_turns` turns."""
+    step = max(step_turns if np.isfinite(step_turns) else 1.0, rates.step_floor_turns)
     rise = 1 - np.exp(-step * (rates.rise_per_turn if winding else rates.unwind_rise_per_turn))
     fall = 1 - np.exp(-step * (rates.fall_per_turn if winding else rates.unwind_fall_per_turn))
     changing = 1 - np.exp(-step / rates.hidden_turns)
@@ -82,9 +87,9 @@ def _transition(order: Order, i: int, can_hide: bool, rates: Rates) -> np.ndarra
     )
 
 
-def _filter(emission: np.ndarray, steps: list[np.ndarray], start: np.ndarray) -> np.ndarray:
+def _filter(emission: np.ndarray, steps: list[np.ndarray], prior: np.ndarray) -> np.ndarray:
     forward = np.empty_like(emission)
-    belief = start * emission[0]
+    belief = prior * emission[0]
     forward[0] = belief / belief.sum()
     for i, step in enumerate(steps):
         belief = (forward[i] @ step) * emission[i + 1]
@@ -94,13 +99,14 @@ def _filter(emission: np.ndarray, steps: list[np.ndarray], start: np.ndarray) ->
 
 def _draw(forward: np.ndarray, steps: list[np.ndarray]) -> np.ndarray:
     """(DRAWS, n) whether the phase holds, in histories drawn from the joint posterior."""
-    random = np.random.default_rng(SEED).random((len(forward), DRAWS))
-    state = np.searchsorted(np.cumsum(forward[-1]), random[-1]).clip(0, 2)
+    random = np.random.default_rng(SEED)
+    state = np.searchsorted(np.cumsum(forward[-1]), random.random(DRAWS)).clip(0, 2)
     drawn = np.empty((DRAWS, len(forward)), dtype=bool)
     drawn[:, -1] = state > 0
     for i in range(len(steps) - 1, -1, -1):
         weight = np.cumsum(forward[i][:, None] * steps[i], axis=0)
         bound = (weight / np.maximum(weight[-1], 1e-300))[:, state]
-        state = (random[i] > bound[0]).astype(int) + (random[i] > bound[1])
+        share = random.random(DRAWS)
+        state = (share > bound[0]).astype(int) + (share > bound[1])
         drawn[:, i] = state > 0
     return drawn

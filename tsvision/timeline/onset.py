@@ -54,7 +54,7 @@ def beginnings(
 def _next_absence(there: np.ndarray) -> np.ndarray:
     """(draws, n) index of the next frame, from each on, at which the phase is absent; n if none."""
     count = there.shape[1]
-    where = np.where(there, count, np.arange(count))
+    where = np.where(there, np.int32(count), np.arange(count, dtype=np.int32))
     return np.minimum.accumulate(where[:, ::-1], axis=1)[:, ::-1]
 
 

@@ -1,0 +1,163 @@
+"""Live: the decision equals the recording's, in time; folders that grow, commands that run."""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+import time
+import types
+from dataclasses import fields
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from cli.main import run
+from tests.timeline.series import Plan, Series, simulate
+from tsvision.records import Actuator, Frame, FrameResult, FrameRow, KnotSighting, Rig
+from tsvision.timeline.account import account
+from tsvision.timeline.live import Live
+from tsvision.timeline.sources import growing_folder, turns_from_file, turns_per_frame
+
+RIG = Rig(actuator=Actuator(twisting_zone_mm=23.2, hole_diameter_mm=0.9))
+
+
+def results_of(series: Series) -> list[FrameResult]:
+    """The simulated tables as the frame results that a measuring core would hand over."""
+    known = {f.name for f in fields(FrameRow)}
+    knot_fields = [f.name for f in fields(KnotSighting)]
+    results = []
+    for row in series.frames.to_dict("records"):
+        sightings = series.knots[series.knots["frame"] == row["frame"]]
+        knots = tuple(KnotSighting(**k) for k in sightings[knot_fields].to_dict("records"))
+        kept = {str(k): v for k, v in row.items() if k in known}
+        results.append(FrameResult(FrameRow(**kept), None, knots))
+    return results
+
+
+@pytest.mark.parametrize("step", [0.25, 1.0, 2.5])
+def test_the_live_decision_is_the_recordings_within_two_frames(step: float) -> None:
+    for seed in range(4):
+        series = simulate(Plan(step_turns=step, knot_turns=(40.3 + seed, 48.0), seed=seed))
+        live = Live(RIG)
+        decided_at = None
+        for number, result in enumerate(results_of(series)):
+            state = live.push(result)
+            if state.onset is not None and decided_at is None:
+                decided_at = number
+        afterwards = account(series.frames, series.knots, RIG).onsets["knot_onset"]
+        assert live.onset is not None and decided_at is not None
+        assert abs(live.onset.turns - afterwards.turns) <= 2 * step + 1e-9
+        late = series.frames["turns"][decided_at] - afterwards.turns
+        assert -1e-9 <= late <= max(4 * step, 2.0)
+
+
+def test_no_decision_without_knots() -> None:
+    for seed in range(6):
+        live = Live(RIG)
+        for result in results_of(simulate(Plan(knot_turns=(), seed=seed))):
+            live.push(result)
+        assert live.onset is None
+
+
+def test_believing_costs_a_few_milliseconds_a_frame() -> None:
+    live = Live(RIG)
+    results = results_of(simulate(Plan(step_turns=0.5, knot_turns=())))
+    began = time.perf_counter()
+    for result in results:
+        live.push(result)
+    assert (time.perf_counter() - began) / len(results) < 0.015
+
+
+def write_picture(path: Path, value: int = 90) -> None:
+    assert cv2.imwrite(str(path), np.full((12, 16), value, np.uint8))
+
+
+def test_a_growing_folder_yields_in_order_and_waits_for_half_written_pictures(
+    tmp_path: Path,
+) -> None:
+    write_picture(tmp_path / "f2.png")
+    whole = (tmp_path / "f2.png").read_bytes()
+
+    def grow() -> None:
+        time.sleep(0.1)
+        (tmp_path / "f10.png").write_bytes(whole[: len(whole) // 2])
+        time.sleep(0.15)
+        (tmp_path / "f10.png").write_bytes(whole)
+
+    writer = threading.Thread(target=grow)
+    writer.start()
+    came = list(growing_folder(tmp_path, turns_per_frame(0.5), idle_s=0.6))
+    writer.join()
+    assert [a.frame.file for a in came] == ["f2.png", "f10.png"]
+    assert [a.turns for a in came] == [0.0, 0.5]
+    assert came[1].frame.pixels is not None
+
+
+def test_turns_come_from_a_growing_table_or_a_lone_number(tmp_path: Path) -> None:
+    table = tmp_path / "turns.csv"
+    read = turns_from_file(table)
+    assert np.isnan(read(0, "f0.png", 0.0))
+    table.write_text("file,turns\nf0.png,1.5\n")
+    assert read(0, "f0.png", 0.0) == 1.5
+    table.write_text("file,turns\nf0.png,1.5\nf1.png,2.5\n")
+    assert read(1, "f1.png", 0.0) == 2.5
+    number = tmp_path / "now.txt"
+    number.write_text("17.25\n")
+    assert turns_from_file(number)(9, "x", 0.0) == 17.25
+
+
+class Replay:
+    """Stands in for the measuring core: hands over simulated results, frame by frame."""
+
+    series = simulate(Plan(knot_turns=(20.0,), last_turns=40.0, nan=0.0, false=0.0))
+
+    def __init__(self, rig: Rig) -> None:
+        self.results = results_of(self.series)
+
+    def measure(self, frame: Frame, turns: float) -> FrameResult:
+        assert turns == self.results[frame.index].row.turns
+        return self.results[frame.index]
+
+
+def test_the_command_stops_runs_what_it_was_told_and_exits_with_0(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    module = types.ModuleType("tsvision.measures.recording")
+    module.Measurer = Replay  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "tsvision.measures.recording", module)
+    for number in range(41):
+        write_picture(tmp_path / f"f{number}.png")
+    done = tmp_path / "done.txt"
+    words = ["watch", str(tmp_path), "--turns-per-frame", "1", "--stop-on", "knot"]
+    code = run([*words, "--idle", "0.2", "--exec", f'echo "$TSVISION_ONSET_TURNS" > {done}'])
+    said = capsys.readouterr()
+    rows = [json.loads(line) for line in said.out.splitlines()]
+    assert code == 0
+    assert rows[-1]["decided"] and not any(row["decided"] for row in rows[:-1])
+    assert float(done.read_text()) == rows[-1]["onset"]["turns"] == pytest.approx(20, abs=2)
+    assert len(rows) < 27
+    assert said.err.startswith("knot onset: ")
+
+
+def test_the_command_ends_with_3_when_no_knot_came(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    module = types.ModuleType("tsvision.measures.recording")
+    module.Measurer = Replay  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "tsvision.measures.recording", module)
+    for number in range(15):
+        write_picture(tmp_path / f"f{number}.png")
+    assert run(["watch", str(tmp_path), "--turns-per-frame", "1", "--idle", "0.2"]) == 3
+    assert len(capsys.readouterr().out.splitlines()) == 15
+
+
+def test_a_stream_that_does_not_answer_and_unknown_turns_are_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["watch", "0"]) == 2
+    assert "turns are not known" in capsys.readouterr().err
+    assert run(["watch", str(tmp_path), "--exec", "true"]) == 2
+    assert "--stop-on" in capsys.readouterr().err

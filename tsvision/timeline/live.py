@@ -1,0 +1,146 @@
+"""The same account while it happens: one frame in, what is believed of it out.
+
+The hidden chain of `chain` runs forward only. Once a phase is there with the certainty asked for,
+the account of all frames so far is drawn up, exactly as for a finished recording, and its onset is
+the decision: live and afterwards, one piece of code tells the turn count.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import pandas as pd
+
+from tsvision.records import FrameResult, Onset, Rig
+from tsvision.timeline import evidence as speak
+from tsvision.timeline.account import Account, account
+from tsvision.timeline.chain import emissions, independence, start, transition
+from tsvision.timeline.criteria import LEVEL_OF_ONSET, PHASES, Criteria, Rates
+from tsvision.timeline.tables import tables
+from tsvision.timeline.tracks import ARTEFACT_TURNS, CONFIDENCE_IF_UNKNOWN
+
+TAIL = 15  # frames over which noise and D are taken; a longer memory costs time and brings little
+SWING_TURNS = 1.5  # turning back by more than this means unwinding
+ARTEFACT_SIZE = 0.15
+
+
+@dataclass(frozen=True)
+class LiveState:
+    """What is believed after a frame: `there` chance of each phase by level, `phase` the highest
+    likely one, `onset` the decision, once it is made."""
+
+    there: dict[int, float]
+    phase: str
+    onset: Onset | None
+
+
+class Live:
+    """Holds the frames so far; `push` takes the next one. Memory: one row a frame."""
+
+    def __init__(
+        self,
+        rig: Rig,
+        watch_for: str = "knot_onset",
+        certainty: float = 0.95,
+        criteria: Criteria = Criteria(),
+        rates: Rates = Rates(),
+    ) -> None:
+        self.rig, self.criteria, self.rates = rig, criteria, rates
+        self.watch_for, self.certainty = watch_for, certainty
+        self.results: list[FrameResult] = []
+        self.onset: Onset | None = None
+        self._tail: deque[dict[str, object]] = deque(maxlen=TAIL)
+        self._belief: dict[int, np.ndarray] = {}
+        self._wind = float("nan")
+        self._extreme = 0.0
+        self._winding = True
+        self._dirt: list[tuple[float, float]] = []
+
+    def push(self, result: FrameResult) -> LiveState:
+        """Take one measured frame, in the order taken."""
+        self.results.append(FrameResult(result.row, None, result.knots))
+        spoken = self._evidence(result)
+        self._advance(spoken, abs(result.row.turns))
+        there = self._nested()
+        level = max((k for k, p in there.items() if p > 0.5), default=0)
+        if self.onset is None and there[LEVEL_OF_ONSET[self.watch_for]] >= self.certainty:
+            self.onset = self._decide()
+        return LiveState(there, PHASES[level], self.onset)
+
+    def account(self) -> Account:
+        """The account of all frames so far."""
+        return account(*tables(self.results), self.rig, self.criteria)
+
+    def _decide(self) -> Onset | None:
+        onset = self.account().onsets[self.watch_for]
+        return onset if onset.status == "observed" else None
+
+    def _evidence(self, result: FrameResult) -> dict[int, float]:
+        row = asdict(result.row)
+        self._tail.append(row)
+        tail = pd.DataFrame(list(self._tail))
+        now = pd.DataFrame([row])
+        certainty, largest = self._sightings(result)
+        hole = self.rig.actuator.hole_diameter_mm
+        return {
+            1: float(speak.coil_evidence(tail, self.criteria)[-1]),
+            2: float(speak.uneven_evidence(tail, self.criteria)[-1]),
+            3: float(speak.knot_evidence(now, certainty, self.criteria)[0]),
+            4: float(speak.larger_evidence(now, certainty, largest, hole)[0]),
+        }
+
+    def _sightings(self, result: FrameResult) -> tuple[np.ndarray, np.ndarray]:
+        """Certainty and largest diameter (1,) of this frame's knots, without what was there from
+        the start of a recording that began untwisted."""
+        if len(self.results) <= 3 and abs(result.row.turns) < ARTEFACT_TURNS:
+            self._dirt += [(k.centre_x_px, k.max_diameter_mm) for k in result.knots]
+        against, largest = float("nan"), float("nan")
+        for knot in result.knots:
+            if self._is_dirt(knot.centre_x_px, knot.max_diameter_mm, result.row.diameter_px):
+                continue
+            chance = knot.confidence
+            chance = CONFIDENCE_IF_UNKNOWN if np.isnan(chance) else min(max(chance, 0.02), 0.98)
+            against = (1.0 if np.isnan(against) else against) * (1 - chance)
+            largest = float(np.fmax(largest, knot.max_diameter_mm))
+        return np.array([1 - against]), np.array([largest])
+
+    def _is_dirt(self, x_px: float, size_mm: float, diameter_px: float) -> bool:
+        reach = 2 * diameter_px if np.isfinite(diameter_px) else 40.0
+        return any(
+            abs(x_px - x) < reach and not abs(size_mm / size - 1) > ARTEFACT_SIZE
+            for x, size in self._dirt
+        )
+
+    def _advance(self, spoken: dict[int, float], wind: float) -> None:
+        """One step of the forward filter for each level."""
+        step = abs(wind - self._wind)
+        self._turn_back(wind)
+        first = not self._belief
+        weight = float(independence(np.array([1.0 if first else step]), self.rates)[0])
+        for level, value in spoken.items():
+            hides = level >= 3
+            if first:
+                prior = start(wind, self.rates)
+            else:
+                prior = self._belief[level] @ transition(step, self._winding, hides, self.rates)
+            belief = prior * emissions(np.array([value * weight]), hides)[0]
+            self._belief[level] = belief / belief.sum()
+        if np.isfinite(wind):
+            self._wind = wind
+
+    def _turn_back(self, wind: float) -> None:
+        if not np.isfinite(wind):
+            return
+        ahead = wind - self._extreme if self._winding else self._extreme - wind
+        if ahead >= 0:
+            self._extreme = wind
+        elif -ahead > SWING_TURNS:
+            self._winding, self._extreme = not self._winding, wind
+
+    def _nested(self) -> dict[int, float]:
+        alone = {level: float(1 - b[0]) for level, b in self._belief.items()}
+        coiled, knot = max(alone[1], alone[3]), alone[3]
+        uneven = max(min(alone[2], coiled), knot)
+        return {1: coiled, 2: uneven, 3: knot, 4: min(alone[4], knot)}

@@ -1,0 +1,69 @@
+"""The loop of `tsvision watch`: arrivals in, one plain row a frame out, until told to stop."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Generator, Iterable
+from typing import Any, Protocol
+
+from tsvision.records import Frame, FrameResult
+from tsvision.timeline.live import Live, LiveState
+from tsvision.timeline.sources import Arrival
+from tsvision.timeline.told import onset_values
+
+SHOWN = (
+    "frame",
+    "file",
+    "turns",
+    "diameter_mm",
+    "diameter_px",
+    "pitch_mm",
+    "helix_angle_rad",
+    "handedness",
+    "coil_amplitude_mm",
+    "unevenness",
+    "flags",
+)
+
+
+class Measures(Protocol):
+    """Measures one frame at a time, remembering what the frames before showed."""
+
+    def measure(self, frame: Frame, turns: float) -> FrameResult: ...
+
+
+def watch(
+    arrivals: Iterable[Arrival], measurer: Measures, live: Live
+) -> Generator[dict[str, Any], None, None]:
+    """One row a frame: what was measured, what is believed, how long it took.
+
+    `decided` is True on the frame at which the onset watched for became certain enough.
+    """
+    before = None
+    for arrival in arrivals:
+        began = time.perf_counter()
+        result = measurer.measure(arrival.frame, arrival.turns)
+        state = live.push(result)
+        took_ms = 1e3 * (time.perf_counter() - began)
+        yield _row(result, state, decided=before is None and state.onset is not None) | {
+            "latency_ms": round(took_ms, 2)
+        }
+        before = state.onset
+
+
+def _row(result: FrameResult, state: LiveState, decided: bool) -> dict[str, Any]:
+    row: dict[str, Any] = {name: _plain(getattr(result.row, name)) for name in SHOWN}
+    sizes = [k.max_diameter_mm for k in result.knots]
+    return row | {
+        "knot_count": _plain(result.row.knot_count),
+        "largest_knot_mm": _plain(max(sizes)) if sizes else None,
+        "phase": state.phase,
+        "knot_probability": round(state.there[3], 4),
+        "decided": decided,
+        "onset": onset_values(state.onset) if state.onset is not None else None,
+    }
+
+
+def _plain(value: object) -> object:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
