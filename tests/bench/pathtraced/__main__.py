@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from .catalogue import SPECS
+from .catalogue import SPECS, vary
+from .recording import Spec
 
 
 def main() -> None:
@@ -14,6 +15,7 @@ def main() -> None:
     parser.add_argument("--render", nargs="+", metavar="NAME", default=[], help="or `all`")
     parser.add_argument("--verify", nargs="+", metavar="NAME", default=[], help="check the truth")
     parser.add_argument("--tables-only", action="store_true", help="with --render: no pictures")
+    parser.add_argument("--vary", type=int, default=0, metavar="K", help="draw anew, K-th time")
     parser.add_argument("--out", type=Path, default=Path("pathtraced"))
     args = parser.parse_args()
     if args.list or not (args.render or args.verify):
@@ -22,17 +24,17 @@ def main() -> None:
     for name in SPECS if args.render == ["all"] else args.render:
         from .recording import write
 
-        print(write(chosen(name, parser), args.out, not args.tables_only))
+        print(write(chosen(name, args.vary, parser), args.out, not args.tables_only))
     for name in SPECS if args.verify == ["all"] else args.verify:
         from .verify import verify
 
-        verify(chosen(name, parser))
+        verify(chosen(name, args.vary, parser))
 
 
-def chosen(name: str, parser: argparse.ArgumentParser):  # type: ignore[no-untyped-def]
+def chosen(name: str, number: int, parser: argparse.ArgumentParser) -> Spec:
     if name not in SPECS:
         parser.error(f"no recording is called {name!r}; choose from {', '.join(SPECS)}")
-    return SPECS[name]
+    return vary(SPECS[name], number) if number else SPECS[name]
 
 
 if __name__ == "__main__":

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
 from .camera import Camera
 from .film import Film
 from .recording import Spec
@@ -139,5 +143,51 @@ ALL = (
         film=Film(full_well_e=800, read_noise_e=6, motion_px=3.0, jpeg_quality=85),
         coil_from=12, coil_per_root_turn_d=0.06, seed=24, knots=(knot(8, 12.5, 2.6, 20),),
     ),
+    Spec(
+        "b_dark_n6", "dark strings on bright paper lit from the front, Z twist, knots",
+        count=6, hand=1, turns=(2, 5, 8, 11, 14, 17, 20, 23, 26, 30),
+        camera=Camera(33, (12.2, 0, 0), axis_deg=2.4, yaw_deg=-2, pitch_deg=-3, distance_mm=125),
+        look=Look(strings=((0.03, 0.03, 0.04),), ground=ground(0.6, (1, 0.97, 0.9)), light=8,
+                  plate=(0.12, 0.12, 0.12), ground_texture=0.03, ambient=0.15),
+        coil_from=12, coil_per_root_turn_d=0.07, seed=25,
+        knots=(knot(6, 14.0, 2.6, 22), knot(6, 8.4, 2.4, 25)),
+    ),
+    Spec(
+        "c_hard_n4", "red, green, blue and straw strings on beige, defocus, many fibres, JPEG 72",
+        count=4, hand=1, turns=(4, 8, 12, 16, 20, 25, 30, 36),
+        camera=Camera(56, (10.6, 0, 0), axis_deg=-2.5, yaw_deg=2.5, pitch_deg=2),
+        look=Look(strings=(RED, GREEN, BLUE, (0.5, 0.38, 0.1)), fibres=45,
+                  ground=ground(0.28, (1.2, 1.0, 0.75)), plate=GREY),
+        film=Film(defocus_px=1.6, jpeg_quality=72, full_well_e=2500),
+        coil_from=18, coil_per_root_turn_d=0.07, swell=0.03, seed=26,
+        knots=(knot(4, 11.8, 2.3, 28),),
+    ),
 )  # fmt: skip
+
+
+def vary(spec: Spec, number: int) -> Spec:
+    """The same kind of recording with view, light, hand, turns and scale drawn anew."""
+    rng = np.random.default_rng([spec.seed, number])
+    camera, look = spec.camera, spec.look
+    shift = rng.uniform(-0.4, 0.4)
+    return replace(
+        spec,
+        name=f"{spec.name}_v{number}",
+        hand=int(rng.choice([-1, 1])),
+        turns=tuple(round(t + shift, 2) if t else t for t in spec.turns),
+        camera=replace(
+            camera,
+            px_per_mm=camera.px_per_mm * rng.uniform(0.94, 1.02),
+            axis_deg=90 * round(camera.axis_deg / 90) + rng.uniform(-4, 4),
+            yaw_deg=rng.uniform(-3.5, 3.5),
+            pitch_deg=rng.uniform(-3.5, 3.5),
+            distance_mm=rng.uniform(100, 170),
+        ),
+        look=replace(look, light_from=(rng.uniform(-0.8, 0.8), rng.uniform(0.3, 1.0), 0.9)),
+        knots=tuple(replace(k, centre_mm=k.centre_mm + rng.uniform(-1, 1)) for k in spec.knots),
+        swell=rng.uniform(0, 0.05),
+        seed=spec.seed + 1000 * number,
+    )
+
+
 SPECS = {spec.name: spec for spec in ALL}

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,7 +38,20 @@ class Look:
     ground_texture: float = 0.06
 
 
+def newest_llvm() -> str | None:
+    """Mitsuba takes the first LLVM it finds; 14 and 15 abort in code generation."""
+    found = {
+        tuple(map(int, re.findall(r"\d+", path.name))): str(path)
+        for path in Path("/usr/lib").glob("**/libLLVM*.so*")
+    }
+    return found[max(found)] if found else None
+
+
 def load_mitsuba(threads: int = 1) -> Any:
+    """The renderer on one core, compiled where an LLVM library is found, else interpreted."""
+    path = newest_llvm()
+    if path:
+        os.environ.setdefault("DRJIT_LIBLLVM_PATH", path)
     import drjit
     import mitsuba
 
