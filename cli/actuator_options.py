@@ -18,16 +18,25 @@ PaperOption = Annotated[
     int | None, typer.Option("--paper", help="Take the paper's system of N = 2, 4, 6 or 8 strings.")
 ]
 RigOption = Annotated[Path | None, typer.Option("--rig", help="rig.toml to take values from.")]
-StringsOption = Annotated[int | None, typer.Option("--strings", "-N", help="Number of strings.")]
-StringDiameterOption = Annotated[
-    float | None, typer.Option("--string-diameter", help="d, one string under load, mm.")
+StringsOption = Annotated[
+    int | None, typer.Option("--strings", "--count", "-N", help="Number of strings.")
 ]
-ZoneOption = Annotated[float | None, typer.Option("--zone", help="L, twisting zone, mm.")]
+StringDiameterOption = Annotated[
+    float | None,
+    typer.Option("--string-diameter", "--diameter-mm", help="d, one string under load, mm."),
+]
+ZoneOption = Annotated[
+    float | None, typer.Option("--zone", "--twisting-zone-mm", help="L, twisting zone, mm.")
+]
 HoleDistanceOption = Annotated[
-    float | None, typer.Option("--hole-distance", help="S, between the separator's holes, mm.")
+    float | None,
+    typer.Option(
+        "--hole-distance", "--hole-distance-mm", help="S, between the separator's holes, mm."
+    ),
 ]
 HoleDiameterOption = Annotated[
-    float | None, typer.Option("--hole-diameter", help="Diameter of a separator hole, mm.")
+    float | None,
+    typer.Option("--hole-diameter", "--hole-diameter-mm", help="Diameter of a separator hole, mm."),
 ]
 DiameterOption = Annotated[
     float | None,
@@ -39,7 +48,7 @@ SectionOption = Annotated[
 PitchOption = Annotated[
     float | None, typer.Option("--pitch", help="p beside the separator, mm (locked_pitch needs it)")
 ]
-LoadOption = Annotated[float | None, typer.Option("--load", help="Load F, N.")]
+LoadOption = Annotated[float | None, typer.Option("--load", "--load-N", help="Load F, N.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="JSON on stdout.")]
 
 

@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 from tsvision.models import (
+    coil_at_pitch,
     constant_radius,
     helix_then_coil,
     locked_pitch,
@@ -31,6 +32,7 @@ MODELS: dict[str, DisplacementModel] = {
         constant_radius.MODEL,
         locked_pitch.MODEL,
         helix_then_coil.MODEL,
+        coil_at_pitch.MODEL,
     )
 }
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tsvision.models import straight_then_line
-from tsvision.models.rope_geometry import tightest_coil
+from tsvision.models import coil_at_pitch, straight_then_line
 from tsvision.models.shelf import DisplacementModel
 
 LOCK_PITCH = np.pi  # in units of d: below it the strands' contact leaves the axis, a grows
@@ -19,18 +18,9 @@ def lock_turns(*, twisting_zone_mm: ArrayLike, string_diameter_mm: ArrayLike) ->
 
 
 def feed_mm_per_turn(*, string_diameter_mm: ArrayLike) -> np.ndarray:
-    """String drawn per turn while coiling: √(p² + (π d)²) / (1 + p/l), 2.89 d.
-
-    A further turn lengthens the bundle's own centre line by what it takes to hold one turn,
-    1 / (1/p + 1/l): 1/p turns a mm as strand twist at the locked pitch p = π d, and one turn
-    every l mm as writhe, l = √(P² + (2π R)²) of the tightest coil of a tube of diameter 2 d.
-    Each mm of centre line holds √(1 + (π d/p)²) mm of string. The same expression is smallest
-    near p = π d: any other pitch beside the coils would draw more string against the load.
-    """
-    radius, pitch = tightest_coil()
-    coil = 2 * np.hypot(pitch, 2 * np.pi * radius)  # in units of d: the bundle is 2 d thick
-    turn = np.hypot(LOCK_PITCH, np.pi)
-    return turn / (1 + LOCK_PITCH / coil) * np.asarray(string_diameter_mm, dtype=float)
+    """String drawn per turn while coiling beside helix of pitch π d: 2.89 d (see coil_at_pitch)."""
+    pitch = LOCK_PITCH * np.asarray(string_diameter_mm, dtype=float)
+    return coil_at_pitch.feed_mm_per_turn(string_diameter_mm=string_diameter_mm, pitch_mm=pitch)
 
 
 def displacement_mm(

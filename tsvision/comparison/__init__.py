@@ -1,0 +1,1 @@
+"""All displacement models on one data set, in and out of sample."""
