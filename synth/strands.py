@@ -1,0 +1,184 @@
+"""The strands' centre lines in the rig's frame: x separator -> connector, y the holes' plane, z.
+
+Strategy: in the bundle each strand sits at its site, turned by the strand angle on the centre
+line's frame. Before the apex it runs from its hole as a cubic without curvature at the hole; for
+two strands that cubic is the straight tangent. Behind the plate it runs straight back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.actuator import State
+from synth.centre_line import smallest_rotation_frame
+from synth.settings import Settings
+
+FEED_MM = 9.0  # drawn behind the plate
+TAIL_MM = 0.4  # drawn into the connector
+LEG_STEP_MM = 0.01
+
+
+@dataclass(frozen=True)
+class StrandPath:
+    """One strand's centre line: `points_mm` (M, 3), `x_bundle` False outside apex..connector.
+
+    `offset_mm` (M, 3) points from the bundle's centre line to the strand's centre (0 outside);
+    `diameter_mm` is this strand's own; `first`, `last` bound the twisting zone (x in 0..L).
+    """
+
+    number: int
+    points_mm: np.ndarray
+    offset_mm: np.ndarray
+    in_bundle: np.ndarray
+    diameter_mm: float
+    first: int
+    last: int
+
+
+def hole_centres_mm(settings: Settings, distance_mm: float) -> np.ndarray:
+    """(H, 2) y, z of the holes: on a circle of diameter S, the first at +y."""
+    angle = 2.0 * np.pi * np.arange(settings.actuator.holes) / settings.actuator.holes
+    return 0.5 * distance_mm * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def needed_hole_mm(settings: Settings, diameter_mm: float) -> float:
+    """Smallest hole that lets its share of the strands pass side by side."""
+    share = -(-settings.strings.count // settings.actuator.holes)
+    return diameter_mm * (1.0 if share == 1 else 1.0 + 1.0 / np.sin(np.pi / share))
+
+
+def hole_diameter_mm(settings: Settings) -> float:
+    """As stated, or 0.6 mm, or as much as the strands need with a tenth of play."""
+    given = settings.actuator.hole_diameter_mm
+    if given is not None:
+        return given
+    return max(0.6, round(1.1 * needed_hole_mm(settings, settings.strings.diameter_mm), 2))
+
+
+def strand_diameters_mm(settings: Settings, state: State) -> np.ndarray:
+    """(N,) diameters, unequal when that effect is planted (zero mean)."""
+    count = settings.strings.count
+    spread = settings.hidden.unequal_diameters
+    wave = np.cos(2.0 * np.pi * np.arange(count) / count + 0.7)
+    return state.real.diameter_mm * (1.0 + spread * (wave - wave.mean()))
+
+
+def _assign(settings: Settings, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Start point (N, 2) in its hole, entry phase offset (N,) and site radius (N,)."""
+    sites = state.sites_mm
+    count, holes = len(sites), settings.actuator.holes
+    centres = hole_centres_mm(settings, state.real.hole_distance_mm)
+    angle = np.arctan2(sites[:, 1], sites[:, 0]) % (2.0 * np.pi)
+    # A strand just below +x belongs to the first hole, so count from the lowest of its half.
+    angle = np.where(angle > 2.0 * np.pi - np.pi / 2.0 + 1e-9, angle - 2.0 * np.pi, angle)
+    order = np.argsort(angle)
+    hole_of = np.empty(count, int)
+    hole_of[order] = np.arange(count) * holes // count
+    hole_angle = 2.0 * np.pi * hole_of / holes
+    turned = state.leg_turns * 2.0 * np.pi - float((angle - hole_angle).mean())
+    start = centres[hole_of].copy()
+    for hole in range(holes):
+        inside = [i for i in order if hole_of[i] == hole]
+        if len(inside) > 1:
+            away = 0.5 * state.real.diameter_mm * 1.03 / np.sin(np.pi / len(inside))
+            # The strand that enters the bundle first leaves on the side it turns towards.
+            local = hole_angle[inside] + 2 * np.pi * (np.arange(len(inside)) + 0.5) / len(inside)
+            start[inside, 0] += away * np.cos(local)
+            start[inside, 1] += away * np.sin(local)
+    return start, angle + turned, np.hypot(*sites.T)
+
+
+def strand_paths(settings: Settings, state: State) -> list[StrandPath]:
+    """All strands of a state; at negative handedness the scene is its mirror image in z."""
+    start, phase, radius = _assign(settings, state)
+    diameters = strand_diameters_mm(settings, state)
+    return [
+        _path(settings, state, i, start[i], phase[i], radius[i], diameters[i])
+        for i in range(len(radius))
+    ]
+
+
+def site_scale(settings: Settings, state: State, number: int, x: np.ndarray) -> np.ndarray:
+    """Planted changes of a strand's radius along x: taper of the section, a slack pair."""
+    hidden = settings.hidden
+    share = x / state.zone_mm
+    scale = 1.0 + hidden.taper * (share - 0.5)
+    if hidden.slack_pair and number // 2 == settings.strings.count // 2 - 1:
+        scale = scale * (1.0 + hidden.slack_pair * 0.5 * (1.0 - np.cos(6.0 * np.pi * share)))
+    return scale
+
+
+def _path(
+    settings: Settings,
+    state: State,
+    number: int,
+    start: np.ndarray,
+    phase: float,
+    radius: float,
+    diameter: float,
+) -> StrandPath:
+    line = state.line
+    if state.has_bundle:
+        n1, n2 = smallest_rotation_frame(line.tangent)
+        angle = line.chi_rad + phase
+        reach = radius * site_scale(settings, state, number, line.x_mm)
+        offset = reach[:, None] * (np.cos(angle)[:, None] * n1 + np.sin(angle)[:, None] * n2)
+        centre = np.stack([line.x_mm, line.y_mm, line.z_mm], axis=1)
+        bundle = centre + offset
+        rate = 2.0 * np.pi / state.pitch_mm
+        slope = reach[0] * rate * np.array([-np.sin(phase), np.cos(phase)])
+        leg = _leg(start, bundle[0, 1:], slope, bundle[0, 0])
+    else:
+        end = radius * np.array([np.cos(phase), np.sin(phase)])
+        leg = _leg(start, end, (end - start) / state.zone_mm, state.zone_mm)
+        bundle, offset = np.empty((0, 3)), np.empty((0, 3))
+    steps = np.arange(-FEED_MM, -1e-9, 0.25)
+    feed = np.column_stack([steps, np.full_like(steps, start[0]), np.full_like(steps, start[1])])
+    last = bundle[-1] if len(bundle) else np.array([state.zone_mm, *end])
+    tail = last + np.array([[TAIL_MM * 0.5, 0.0, 0.0], [TAIL_MM, 0.0, 0.0]])
+    points = np.vstack([feed, leg, bundle[1:] if len(bundle) else bundle, tail])
+    inside = np.zeros(len(points), bool)
+    outward = np.zeros_like(points)
+    if len(bundle):
+        # row of the leg's last point = first bundle point
+        at = len(feed) + len(leg) - 1
+        inside[at : at + len(bundle)] = True
+        outward[at : at + len(bundle)] = offset
+    if state.sign < 0:
+        points[:, 2] *= -1.0
+        outward[:, 2] *= -1.0
+    return StrandPath(
+        number, points, outward, inside, float(diameter), len(feed), len(points) - len(tail) - 1
+    )
+
+
+def _leg(start: np.ndarray, end: np.ndarray, slope: np.ndarray, length: float) -> np.ndarray:
+    """Cubic from `start` (zero curvature) to `end` with `slope` = d(y, z)/dx there."""
+    count = max(int(np.ceil(length / LEG_STEP_MM)), 2) + 1
+    t = np.linspace(0.0, 1.0, count)[:, None]
+    first = 1.5 * (end - start) - 0.5 * slope * length
+    last = slope * length
+    across = (
+        (2 * t**3 - 3 * t**2 + 1) * start
+        + (t**3 - 2 * t**2 + t) * first
+        + (-2 * t**3 + 3 * t**2) * end
+        + (t**3 - t**2) * last
+    )
+    return np.hstack([t * length, across])
+
+
+def arc_length_mm(path: StrandPath) -> float:
+    """String inside the zone, hole to connector; chords extrapolated to zero step (Richardson)."""
+    points = path.points_mm[path.first : path.last + 1]
+    return _richardson(points)
+
+
+def _richardson(points: np.ndarray) -> float:
+    fine = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    even = len(points) - (len(points) - 1) % 2
+    head = points[:even]
+    coarse = float(np.linalg.norm(np.diff(head[::2], axis=0), axis=1).sum())
+    head_fine = float(np.linalg.norm(np.diff(head, axis=0), axis=1).sum())
+    return fine + (head_fine - coarse) / 3.0
