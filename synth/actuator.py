@@ -145,7 +145,7 @@ def solve_state(
         return pitch, apex, coil, sites, line
 
     def excess(unknown: float) -> float:
-        pitch, _, _, sites, line = build(unknown)
+        _, _, _, sites, line = build(unknown)
         radius = strand_radius_mm(sites)
         legs = leg_angle_rad(radius, real.hole_distance_mm) / (2.0 * np.pi)
         return legs + line.turns - amount

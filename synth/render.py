@@ -76,11 +76,11 @@ def _ground(settings: Settings, view: View) -> np.ndarray:
     )
     if look.ground_texture > 0.0:
         random = np.random.default_rng([settings.seed, 11])
-        grain = np.zeros((view.height, view.width), np.float32)
+        grain: np.ndarray = np.zeros((view.height, view.width), np.float32)
         for sigma, weight in ((1.2, 0.5), (5.0, 0.6), (60.0, 1.2)):
-            noise = random.standard_normal((view.height, view.width), dtype=np.float32)
-            noise = cv2.GaussianBlur(noise, (0, 0), sigma)
-            grain += weight * noise / max(float(noise.std()), 1e-9)
+            white = random.standard_normal((view.height, view.width), dtype=np.float32)
+            noise = cv2.GaussianBlur(white, (0, 0), sigma)
+            grain = grain + weight * noise / max(float(noise.std()), 1e-9)
         level = level * np.clip(1.0 + look.ground_texture * grain, 0.1, 3.0)
     return (level[..., None] * np.array(look.ground_rgb, np.float32)).astype(np.float32)
 
