@@ -194,8 +194,12 @@ def fake_summary(rows: list[FrameRow], turns: np.ndarray, recording: Path) -> di
         "helix_angle_deg": {"value": 53.7, "sd": 0.41},
         "versions": {"tsvision": "0.1.0"},
         "rig": {
-            "strings": {"count": 2, "diameter_mm": 0.24},
-            "actuator": {"twisting_zone_mm": 23.2, "hole_distance_mm": 5.0, "load_N": 19.61},
+            "strings.count": 2,
+            "strings.diameter_mm": 0.24,
+            "actuator.twisting_zone_mm": 23.2,
+            "actuator.hole_distance_mm": 5.0,
+            "actuator.hole_diameter_mm": None,
+            "actuator.load_N": 19.61,
         },
         "input": {
             "name": recording.name,

@@ -135,15 +135,5 @@ def frame_lines(frames: pd.DataFrame, in_px: bool, most: int = 400) -> list[list
 
 
 def rig_lines(rig: dict[str, Any]) -> list[tuple[str, str]]:
-    """(key, value) of everything known of the rig, empty ones left out."""
-    lines = []
-    for section, values in rig.items():
-        if not isinstance(values, dict) or section == "source":
-            continue
-        for key, value in values.items():
-            if value is None or value == [] or value == () or value != value:
-                continue
-            lines.append(
-                (f"{section}.{key}", plain(value) if isinstance(value, float) else str(value))
-            )
-    return lines
+    """(key, text) of everything known of the rig."""
+    return [(k, plain(v) if isinstance(v, float) else str(v)) for k, v in rig.items()]

@@ -14,7 +14,7 @@ import numpy as np
 from tsvision.atomic import write_text
 from tsvision.errors import InputError
 from tsvision.report import palette
-from tsvision.report.measured import Measured, read_measured
+from tsvision.report.measured import Measured, read_measured, rig_of
 from tsvision.report.page import PAGE_NAME, render, title_of
 from tsvision.report.series import abscissa, series
 from tsvision.report.wording import ONSET_NAMES, UNKNOWN, onset_sentence, plain, with_sd
@@ -59,16 +59,16 @@ def _titles(measured: Sequence[Measured]) -> list[str]:
 
 
 def _row(measured: Measured, title: str, out: Path, last: float, number: int) -> dict[str, Any]:
-    summary, rig = measured.summary, measured.summary.get("rig") or {}
+    summary, rig = measured.summary, rig_of(measured.summary)
     diameter, angle = summary.get("diameter_mm") or {}, summary.get("helix_angle_deg") or {}
     load = np.nanmedian(_or_nan(measured.frames["load_N"].to_numpy(float)))
     if not math.isfinite(load):
-        load = (rig.get("actuator") or {}).get("load_N")
+        load = rig.get("actuator.load_N")
     return {
         "number": number,
         "title": title,
         "link": _link(measured.folder, out),
-        "count": plain((rig.get("strings") or {}).get("count")),
+        "count": plain(rig.get("strings.count")),
         "load": plain(load),
         "diameter": with_sd(diameter.get("value"), diameter.get("sd")),
         "angle": with_sd(angle.get("value"), angle.get("sd")),

@@ -68,6 +68,15 @@ def read_measured(folder: Path) -> Measured:
     return Measured(folder, frames, profiles, read_table(folder / "knots.parquet"), summary)
 
 
+def rig_of(summary: dict[str, Any]) -> dict[str, Any]:
+    """What is known of the rig as {"section.key": value}, whether the summary nests it or not."""
+    flat: dict[str, Any] = {}
+    for key, value in (summary.get("rig") or {}).items():
+        inner = value.items() if isinstance(value, dict) else [("", value)]
+        flat |= {f"{key}.{name}" if name else key: v for name, v in inner}
+    return {k: v for k, v in flat.items() if v is not None and v != [] and v == v}
+
+
 def find_source(measured: Measured) -> Path | None:
     """The frames that were measured, if they lie where one would look: beside the measure folder,
     one above it or here, under their own name and with the same files. The summary keeps no path,

@@ -46,7 +46,7 @@ def caption_text(row: FrameRow) -> str:
     """The frame's numbers in one line of ASCII, unknown ones left out."""
     parts = [f"frame {row.frame}"]
     if math.isfinite(row.turns):
-        parts.append(f"{row.turns:g} turns")
+        parts.append(f"{row.turns:.4g} turns")
     if row.phase:
         parts.append(palette.phase_key(row.phase).replace("_", " "))
     for value, sd, unit in (

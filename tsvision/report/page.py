@@ -17,7 +17,7 @@ from tsvision.atomic import write_text
 from tsvision.records import Frame, Recording
 from tsvision.report import digest, palette, shown
 from tsvision.report.kymograph import colour_bar, kymograph
-from tsvision.report.measured import Measured, read_measured
+from tsvision.report.measured import Measured, read_measured, rig_of
 from tsvision.report.pictures import data_uri
 from tsvision.report.series import abscissa, phase_bands, predictions, series
 from tsvision.report.wording import ONSET_NAMES, UNKNOWN, plain, with_sd
@@ -59,7 +59,7 @@ def write_report(
         flags=digest.flag_lines(measured.frames),
         table=digest.frame_lines(measured.frames, in_px),
         unit=data["unit"],
-        rig=digest.rig_lines(measured.summary.get("rig") or {}),
+        rig=digest.rig_lines(rig_of(measured.summary)),
         verdict=verdict,
         phases=palette.PHASES,
         has_kymograph=data["kymograph"] is not None,
@@ -114,7 +114,7 @@ def page_data(measured: Measured, chosen: list[int], pictures: dict[int, Frame])
     summary = measured.summary
     diameter = float((summary.get("diameter_mm") or {}).get("value") or "nan")
     known = np.isfinite(columns["displacement"]).any() and axis.label != "frame"
-    rig = summary.get("rig") or {}
+    rig = rig_of(summary)
     return {
         "unit": "px" if in_px else "mm",
         "x": axis.x,

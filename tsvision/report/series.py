@@ -81,11 +81,10 @@ def predictions(
     and the measured D; title -> values. Models that lack a number are left out."""
     from tsvision.models import MODELS
 
-    actuator, strings = rig.get("actuator") or {}, rig.get("strings") or {}
     given = {
-        "twisting_zone_mm": actuator.get("twisting_zone_mm"),
-        "hole_distance_mm": actuator.get("hole_distance_mm"),
-        "string_diameter_mm": strings.get("diameter_mm"),
+        "twisting_zone_mm": rig.get("actuator.twisting_zone_mm"),
+        "hole_distance_mm": rig.get("actuator.hole_distance_mm"),
+        "string_diameter_mm": rig.get("strings.diameter_mm"),
         "radius_mm": diameter_mm / 2,
     }
     known = {k: float(v) for k, v in given.items() if v is not None and np.isfinite(float(v))}
