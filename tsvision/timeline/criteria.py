@@ -21,13 +21,15 @@ class Criteria:
     """The definitions of the phases and of persistence.
 
     `coil_ratio`: A / D from which the bundle counts as coiled. `unevenness`: coefficient of
-    variation of E(s) from which coiling counts as local. `knot_ratio`: largest E / D of a knot.
+    variation of E(s) from which coiling counts as local. A knot rises to `knot_rise` of the
+    baseline E₀ and to `knot_ratio` of D.
     A phase has begun when it holds for `persist_frames` frames and `persist_turns` turns, or to
     the end of the winding. `level`: probability mass of every interval.
     """
 
     coil_ratio: float = 0.05
     unevenness: float = 0.08
+    knot_rise: float = 1.15
     knot_ratio: float = 1.40
     persist_frames: int = 3
     persist_turns: float = 2.0

@@ -15,7 +15,7 @@ from tsvision.timeline.order import numbers
 
 MOST = 4.0
 DEAD_FLAGS = ("UNREADABLE", "WRONG_SIZE", "BLANK", "NO_BUNDLE")
-ENVELOPE_NOISE = 0.06  # relative error of E / D read from one view
+ENVELOPE_NOISE = 0.04  # relative error of the largest E read from one view
 DIAMETER_NOISE = 0.04  # relative error of a knot's largest diameter in one view
 CONFIDENCE_IF_UNKNOWN = 0.95
 
@@ -94,10 +94,18 @@ def knot_evidence(frames: pd.DataFrame, certainty: np.ndarray, criteria: Criteri
     seen = np.isfinite(certainty)
     chance = np.clip(np.where(seen, certainty, 0.5), 0.02, 0.98)
     speaks_for = np.log(chance / (1.0 - chance))
-    margin = (ratio_of(frames, "max_envelope") - criteria.knot_ratio) / ENVELOPE_NOISE
-    miss = np.clip(norm.cdf(np.where(np.isfinite(margin), margin, -9.0)), 0.03, 0.8)
+    miss = np.clip(norm.cdf(_margin(frames, criteria) / ENVELOPE_NOISE), 0.03, 0.8)
     result = np.where(seen, speaks_for, np.log(miss))
     return np.where(measured(frames), np.clip(result, -MOST, MOST), 0.0)
+
+
+def _margin(frames: pd.DataFrame, criteria: Criteria) -> np.ndarray:
+    """(n,) by what share the largest envelope exceeds what a knot needs, over D and over the
+    baseline; far below where either is unknown."""
+    over_diameter = ratio_of(frames, "max_envelope") / criteria.knot_ratio
+    over_baseline = numbers(frames, "max_envelope_mm") / numbers(frames, "baseline_envelope_mm")
+    lesser = np.minimum(over_diameter, over_baseline / criteria.knot_rise) - 1.0
+    return np.where(np.isfinite(lesser), lesser, -1.0)
 
 
 def larger_evidence(

@@ -95,7 +95,8 @@ def _observed(
     drawn = left + share * (order.wind[index] - left)
     tail = (1 - criteria.level) / 2
     low = min(float(np.quantile(drawn, tail)), float(gap_from))
-    high = max(float(np.quantile(drawn, 1 - tail)), float(order.wind[first_seen]))
+    latest = order.wind[index[min(int(np.ceil((1 - tail) * len(index))), len(index) - 1)]]
+    high = max(float(latest), float(order.wind[first_seen]))  # the end of its gap: the frame
     covered = float(np.ptp(order.wind[good]))
     inside = (order.wind > low) & (order.wind < high)
     inside[good] = False

@@ -1,0 +1,252 @@
+"""`python -m tests.bench.onset_battery`: onsets, intervals and false alarms, ruptures beside it.
+
+By default on simulated measurements of the renderer's exact geometry (fast, ≥ 200 recordings);
+with `--rendered DIR` on pictures, rendered and measured by the whole chain (slow; DIR keeps them).
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from synth.strands import hole_diameter_mm
+from tests.bench.onset_cases import Case, exact, onset_truth, plan, simulated
+from tests.bench.onset_peers import detectors, onset_by
+from tsvision.records import Actuator, Rig
+from tsvision.timeline.account import Account, account
+from tsvision.timeline.evidence import ratio_of
+
+PHASES = {"knot_onset": 3, "local_overtwist_onset": 2, "overtwist_onset": 1}
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A case with what was measured and told of it."""
+
+    case: Case
+    frames: pd.DataFrame
+    knots: pd.DataFrame
+    told: Account
+
+
+def measure_simulated(case: Case) -> Measured:
+    frames, knots = simulated(case)
+    hole = hole_diameter_mm(case.settings)
+    rig = Rig(actuator=Actuator(twisting_zone_mm=23.2, hole_diameter_mm=hole))
+    return Measured(case, frames, knots, account(frames, knots, rig))
+
+
+def measure_rendered(case: Case, folder: Path) -> Measured:
+    """Render (once; kept in `folder`), measure, account."""
+    from tsvision.measures.recording import measure_frames
+
+    from synth.recording import write_recording
+    from tsvision.images.frames import open_recording
+    from tsvision.rig import load_rig
+    from tsvision.timeline.tables import tables
+
+    source = folder / case.name
+    if not source.exists():
+        write_recording(source, case.settings)
+    kept = source / "measured_frames.parquet"
+    rig = load_rig(source / "rig.toml")
+    if not kept.exists():
+        frames, knots = tables(measure_frames(open_recording(source, rig)))
+        knots.to_parquet(source / "measured_knots.parquet")
+        frames.to_parquet(kept)
+    frames, knots = pd.read_parquet(kept), pd.read_parquet(source / "measured_knots.parquet")
+    return Measured(case, frames, knots, account(frames, knots, rig))
+
+
+def tolerance_turns(case: Case) -> float:
+    """Two frames or one turn, whichever is larger."""
+    return max(2.0 * case.step_turns, 1.0) + 1e-6
+
+
+def onset_rows(all_measured: Iterable[Measured]) -> pd.DataFrame:
+    """One row per recording and phase."""
+    rows = []
+    for one in all_measured:
+        for name, level in PHASES.items():
+            truth, before = onset_truth(one.case, level)
+            onset = one.told.onsets[name]
+            error = np.nan if onset.turns is None else onset.turns - truth
+            held = onset.low is not None and onset.low - 1e-6 <= truth <= onset.high + 1e-6
+            rows.append(
+                {
+                    "recording": one.case.name,
+                    "preset": one.case.settings.preset,
+                    "phase": name.removesuffix("_onset"),
+                    "step": one.case.step_turns,
+                    "truth": truth,
+                    "before": before,
+                    "last": float(one.case.truth["turns"].iloc[-1]),
+                    "status": onset.status,
+                    "turns": onset.turns,
+                    "low": onset.low,
+                    "high": onset.high,
+                    "error": error,
+                    "within": abs(error) <= tolerance_turns(one.case),
+                    "held": held,
+                    "reason": one.told.reasons[name],
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def onset_summary(rows: pd.DataFrame) -> pd.DataFrame:
+    """Per phase and preset (and over all): the numbers that the aims are stated in."""
+    parts = [("all", rows), *rows.groupby("preset")]
+    table = []
+    for preset, part in parts:
+        for phase, some in part.groupby("phase", sort=False):
+            there = some[np.isfinite(some["truth"])]
+            none = some[~np.isfinite(some["truth"])]
+            seen = there[there["status"] == "observed"]
+            table.append(
+                {
+                    "preset": preset,
+                    "phase": phase,
+                    "with": len(there),
+                    "within": there["within"].mean(),
+                    "interval holds": seen["held"].mean(),
+                    "median error": seen["error"].median(),
+                    "undetermined": (some["status"] == "undetermined").mean(),
+                    "missed": (there["status"] == "not_observed").mean(),
+                    "without": len(none),
+                    "false alarms": (none["status"] == "observed").mean(),
+                }
+            )
+    return pd.DataFrame(table)
+
+
+def knot_scores(all_measured: Iterable[Measured]) -> pd.DataFrame:
+    """Knots per frame against truth: precision, recall, centre error in D, raw and as told."""
+    rows = []
+    for one in all_measured:
+        for kind, knots in (("as seen", one.knots), ("as told", one.told.knots)):
+            rows.append({"preset": one.case.settings.preset, "kind": kind, **_hits(one, knots)})
+    table = pd.DataFrame(rows)
+    parts = [("all", table), *table.groupby("preset")]
+    result = []
+    for preset, part in parts:
+        for kind, some in part.groupby("kind", sort=False):
+            hit, said, true = (some[k].sum() for k in ("hit", "said", "true"))
+            errors = np.concatenate(some["errors"].to_list()) if len(some) else np.zeros(0)
+            result.append(
+                {
+                    "preset": preset,
+                    "knots": kind,
+                    "precision": hit / said if said else np.nan,
+                    "recall": hit / true if true else np.nan,
+                    "centre within 0.5 D": np.mean(errors <= 0.5) if len(errors) else np.nan,
+                    "true": int(true),
+                }
+            )
+    return pd.DataFrame(result)
+
+
+def _hits(one: Measured, knots: pd.DataFrame) -> dict[str, object]:
+    """Matches within 1.5 D of a true knot, each used once, the nearest first."""
+    said = {f: g["centre_mm"].to_numpy(float) for f, g in knots.groupby("frame")}
+    unmeasured = set(one.frames.loc[~np.isfinite(one.frames["knot_count"]), "frame"])
+    hit = count = true = 0
+    errors: list[float] = []
+    for frame, diameter, knots_true in zip(
+        one.case.truth["frame"], one.case.truth["diameter_mm"], one.case.knots, strict=True
+    ):
+        if frame in unmeasured:
+            continue
+        left = list(said.get(frame, []))
+        count, true = count + len(left), true + len(knots_true)
+        for centre, length, _ in knots_true:
+            near = min(left, key=lambda c: abs(c - centre), default=None)
+            if near is not None and abs(near - centre) <= max(1.5 * diameter, 0.5 * length):
+                left.remove(near)
+                hit += 1
+                errors.append(abs(near - centre) / diameter)
+    return {"hit": hit, "said": count, "true": true, "errors": np.array(errors)}
+
+
+def peer_table(all_measured: list[Measured]) -> pd.DataFrame:
+    """ruptures on the same series: A / D for overtwist, largest E over baseline for knots."""
+    named = detectors()
+    series = {
+        "overtwist_onset": (lambda f: ratio_of(f, "coil_amplitude"), 0.05),
+        "knot_onset": (
+            lambda f: (f["max_envelope_mm"] / f["baseline_envelope_mm"]).to_numpy(float),
+            1.15,
+        ),
+    }
+    rows = []
+    for phase, (make, threshold) in series.items():
+        scores = []
+        for name, detector in named.items():
+            within, false = [], []
+            for one in all_measured:
+                truth, _ = onset_truth(one.case, PHASES[phase])
+                turns = one.frames["turns"].to_numpy(float)
+                answer = onset_by(detector, make(one.frames), turns, threshold)
+                if np.isfinite(truth):
+                    within.append(abs(answer - truth) <= tolerance_turns(one.case))
+                else:
+                    false.append(np.isfinite(answer))
+            share = (np.mean(within) if within else np.nan, np.mean(false) if false else np.nan)
+            scores.append((name, *share))
+        manual = scores[0]
+        best = max(scores, key=lambda s: s[1] - (0 if np.isnan(s[2]) else s[2]))
+        for label, (name, within_share, false_share) in (("manual", manual), ("best", best)):
+            rows.append(
+                {
+                    "phase": phase.removesuffix("_onset"),
+                    "ruptures": f"{label}: {name}",
+                    "within": within_share,
+                    "false alarms": false_share,
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def show(table: pd.DataFrame) -> str:
+    return table.to_string(index=False, float_format=lambda v: f"{v:.3f}", na_rep="–")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m tests.bench.onset_battery")
+    parser.add_argument("--recordings", type=int, default=216)
+    parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--rendered", type=Path, help="folder for pictures; slow")
+    parser.add_argument("--width", type=int, default=960, help="of rendered pictures, px")
+    parser.add_argument("--no-peers", action="store_true")
+    parser.add_argument("--wrong", action="store_true", help="list what went wrong")
+    options = parser.parse_args()
+    began = time.time()
+    measured = []
+    for seed in range(options.first, options.first + options.recordings):
+        case = exact(plan(seed, options.width))
+        measured.append(
+            measure_simulated(case)
+            if options.rendered is None
+            else measure_rendered(case, options.rendered)
+        )
+    rows = onset_rows(measured)
+    print(f"{len(measured)} recordings, {sum(len(m.frames) for m in measured)} frames")
+    print(show(onset_summary(rows)))
+    print(show(knot_scores(measured)))
+    if options.wrong:
+        there = np.isfinite(rows["truth"])
+        bad = rows[(there & ~rows["within"]) | (~there & (rows["status"] == "observed"))]
+        print(bad.drop(columns=["within"]).to_string(index=False))
+    if not options.no_peers:
+        print(show(peer_table(measured)))
+    print(f"{time.time() - began:.0f} s")
+
+
+if __name__ == "__main__":
+    main()
