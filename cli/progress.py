@@ -6,6 +6,10 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from tsvision.batch.run import Counts
 
 _LINE_EVERY_S = 10.0
 
@@ -66,3 +70,19 @@ def _lines(name: str) -> Callable[[int, int], None]:
             )
 
     return tell
+
+
+@contextmanager
+def batch_progress(quiet: bool = False) -> Iterator[Callable[[Counts], None]]:
+    """Yields a function to call with a batch's counts."""
+    with frame_progress("batch", quiet) as frames:
+        failed = 0
+
+        def tell(counts: Counts) -> None:
+            nonlocal failed
+            if counts.recordings_failed > failed and not quiet:
+                failed = counts.recordings_failed
+                print(f"batch: {failed} recording(s) failed so far", file=sys.stderr)
+            frames(counts.frames_done, counts.frames_known)
+
+        yield tell

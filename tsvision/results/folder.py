@@ -19,17 +19,15 @@ from tsvision.errors import InputError
 
 SUMMARY = "summary.json"
 PROFILES = "profiles.parquet"
-OWN_FILES = frozenset(
-    {
-        "frames.parquet",
-        "frames.csv",
-        PROFILES,
-        "knots.parquet",
-        "knots.csv",
-        "budget.csv",
-        SUMMARY,
-    }
+ALWAYS_THERE = (
+    "frames.parquet",
+    "frames.csv",
+    PROFILES,
+    "knots.parquet",
+    "knots.csv",
+    SUMMARY,
 )
+OWN_FILES = frozenset({*ALWAYS_THERE, "budget.csv"})
 _OLD = "old"
 _SPARE_BYTES = 5_000_000
 

@@ -1,0 +1,69 @@
+"""`tsvision batch`: many recordings, resumable, on all cores or a cluster."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+from cli.rig_options import with_rig_options
+
+
+@with_rig_options
+def command(
+    source: str = typer.Argument(
+        ..., help="manifest.csv (column `recording`), a folder of recordings, or a glob."
+    ),
+    out: Path = typer.Option(..., "--out", "-o", help="Folder of the results."),
+    engine: str = typer.Option("local", "--engine", help="local (processes), dask, or here (one by one)."),
+    scheduler: str | None = typer.Option(
+        None, "--scheduler", help="For dask: tcp://HOST:8786. Workers must see the same paths."
+    ),
+    workers: int | None = typer.Option(None, "--workers", help="Local processes; default: cores."),
+    chunk_frames: int = typer.Option(
+        1000, "--chunk-frames", help="Frames a job, rounded up to whole thousands."
+    ),
+    turns_per_frame: float | None = typer.Option(
+        None, "--turns-per-frame", help="Motor turns from one frame to the next."
+    ),
+    turns_from_name: str | None = typer.Option(
+        None, "--turns-from-name", help="Regular expression with one group: turns in file names."
+    ),
+    as_json: bool = typer.Option(False, "--json", help="What became of each recording, as JSON."),
+    quiet: bool = typer.Option(False, "--quiet", "-q", help="No progress on stderr."),
+    rig_path: Path | None = None,
+    overrides: dict[str, object] = {},  # noqa: B006 - never changed
+) -> None:
+    """Measure many recordings. Killed or stopped, the same command goes on where it was.
+
+    A manifest may also have the columns name, rig, turns_file, turns_per_frame, turns_from_name,
+    frames (A:B), and any key of rig.toml such as strings.count. Exit 1 when a recording failed.
+    """
+    import os
+
+    from cli.progress import batch_progress
+    from tsvision.batch import run_batch
+    from tsvision.batch.plan import plan
+    from tsvision.results.summary import to_json
+    from tsvision.run import Request
+
+    base = Request(
+        "", rig_path, overrides, turns_per_frame=turns_per_frame, turns_from_name=turns_from_name
+    )
+    items = plan(source, base)
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    with batch_progress(quiet) as progress:
+        report = run_batch(
+            items, out, engine, workers or cores or 1, scheduler, chunk_frames, progress
+        )
+    if as_json:
+        typer.echo(to_json(report), nl=False)
+    else:
+        typer.echo(
+            f"{len(items)} recordings: {len(report.done)} measured, {len(report.kept)} already "
+            f"done, {len(report.failed)} failed; results in {out}"
+        )
+        for name, problem in report.failed.items():
+            typer.echo(f"failed: {name}: {problem}", err=True)
+    if report.failed:
+        raise SystemExit(1)
