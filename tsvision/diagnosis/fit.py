@@ -19,7 +19,6 @@ from tsvision.mechanisms.shelf import Simulation
 NU = 4.0
 STEP = 1e-5
 MOST_RHO = 0.9
-NOISE_KNOWN_SD = 0.4  # of the log of (noise / stated value_sd)
 T_CONSTANT = float(gammaln((NU + 1) / 2) - gammaln(NU / 2) - 0.5 * np.log(NU * np.pi))
 UNIFORM_RIDGE = 1.0  # a weak pull that keeps a flat direction finite; undone in the evidence
 MOST_STARTS = 40
@@ -319,11 +318,16 @@ def _new_sigma(
     many = len(sigma)
     left = np.bincount(observable, 1.0 - leverage, many)
     squares = np.bincount(observable, weight * innovation**2, many) * sigma**2
-    known = problem.noise_known
-    # A stated value_sd acts like 1/(2 sd²) observations of the noise.
-    worth = np.where(np.isfinite(known), 0.5 / NOISE_KNOWN_SD**2, 0.0)
-    squares = squares + worth * np.nan_to_num(known) ** 2
-    fresh = np.sqrt(squares / np.maximum(left + worth, 0.5))
+    # The prior on log sigma, about `usual`: a few Newton steps on its stationarity condition
+    # left - squares / sigma² + log(sigma / usual) / sd² = 0, which is monotone in log sigma.
+    log = np.log(np.maximum(sigma, 1e-9))
+    usual, worth = np.log(problem.noise_usual), problem.noise_sd**-2.0
+    left = np.maximum(left, 0.0)
+    for _ in range(4):
+        ratio = squares * np.exp(-2.0 * log)
+        slope = left - ratio + worth * (log - usual)
+        log = log - np.clip(slope / (2.0 * ratio + worth), -1.0, 1.0)
+    fresh = np.exp(log)
     return np.maximum(fresh, _floor(problem))
 
 
@@ -423,8 +427,7 @@ def _inside(layout: _Layout, theta: np.ndarray, covariance: np.ndarray) -> float
 
 def _noise_cost(problem: Problem, sigma: np.ndarray, rho: np.ndarray) -> float:
     away = (rho - problem.rho_mean) / problem.rho_sd
-    known = np.isfinite(problem.noise_known)
-    off = np.log(sigma[known] / problem.noise_known[known]) / NOISE_KNOWN_SD
+    off = np.log(sigma / problem.noise_usual) / problem.noise_sd
     return 0.5 * float(np.sum(away**2) + np.sum(off**2))
 
 

@@ -8,18 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsvision.diagnosis.fit import STEP, Fit
-from tsvision.diagnosis.problem import Problem
+from tsvision.diagnosis.problem import USUAL_NOISE, Problem
 from tsvision.mechanisms.shelf import OBSERVABLES, Conditions
 
-# What one reading of an observable is good to when the data do not tell.
-USUAL_NOISE = {
-    "displacement_mm": 0.1,
-    "diameter_mm": 0.01,
-    "helix_angle_deg": 0.4,
-    "hole_distance_mm": 0.03,
-    "twist_turns": 0.1,
-    "torque_Nmm": 0.1,
-}
 ENOUGH = 6.0  # a difference of so many standard deviations decides; more is worth nothing
 LEVELS = 8
 

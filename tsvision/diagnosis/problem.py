@@ -16,7 +16,7 @@ from tsvision.diagnosis.simulate import ONE, observe, run_stages, start_state
 from tsvision.diagnosis.table import Table
 from tsvision.mechanisms.shelf import Parameter, Reference, Simulation
 
-OFFSET_SD_MM = 0.15
+OFFSET_SD_MM = 0.1
 TORQUE_GAIN_SD = 0.03
 # Nothing is read better than this; keeps noise-free (simulated) data from infinite certainty.
 LEAST_NOISE = {
@@ -27,6 +27,19 @@ LEAST_NOISE = {
     "twist_turns": 0.01,
     "torque_Nmm": 0.02,
 }
+
+# What such readings are usually good to: the centre of a wide prior (a factor e either way) that
+# keeps a handful of rows from calling a gross misfit noise. Stated value_sd replace it.
+USUAL_NOISE = {
+    "displacement_mm": 0.15,
+    "diameter_mm": 0.01,
+    "helix_angle_deg": 0.4,
+    "hole_distance_mm": 0.03,
+    "twist_turns": 0.1,
+    "torque_Nmm": 0.15,
+}
+USUAL_SD = 1.0  # of the log of (noise / usual noise)
+STATED_SD = 0.4  # of the log of (noise / stated value_sd)
 
 
 @dataclass(frozen=True)
@@ -41,7 +54,8 @@ class Problem:
     columns: tuple[str, ...]
     offsets: np.ndarray  # (n, R), mm per unit normal number
     row_scale: np.ndarray  # (n,), relative noise of the rows within an observable
-    noise_known: np.ndarray  # (K,), value_sd's mean where every row has one, else NaN
+    noise_usual: np.ndarray  # (K,), value_sd's mean where every row has one, else USUAL_NOISE
+    noise_sd: np.ndarray  # (K,), how surely, as standard deviation of the log
     base: str = "constant_radius"
     rho_mean: np.ndarray = field(default_factory=lambda: np.zeros(0))
     rho_sd: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -110,7 +124,7 @@ def prepare(table: Table, base: str = "constant_radius") -> Problem:
         columns.append("camera")
     if "torque_Nmm" in table.observables:
         columns.append("torque_gain")
-    scale, known = _row_scale(table)
+    scale, usual, sure = _row_scale(table)
     return Problem(
         table=table,
         reference=Reference.of(at.take(used)),
@@ -120,7 +134,8 @@ def prepare(table: Table, base: str = "constant_radius") -> Problem:
         columns=tuple(columns),
         offsets=_offsets(table),
         row_scale=scale,
-        noise_known=known,
+        noise_usual=usual,
+        noise_sd=sure,
         base=base,
         rho_mean=np.zeros(len(table.observables)),
         rho_sd=np.full(len(table.observables), 0.3),
@@ -134,27 +149,29 @@ def _groups(*columns: np.ndarray) -> np.ndarray:
 
 
 def _offsets(table: Table) -> np.ndarray:
-    """A column per run that has displacements; also covers data zeroed at 0 turns."""
+    """A column per run that has displacements, and a common one: x(0) of the formula is not 0,
+    but a lab often zeroes the reading at 0 turns."""
     if "displacement_mm" not in table.observables:
         return np.zeros((table.rows, 0))
     moved = table.observable == table.observables.index("displacement_mm")
     at = table.at
     zeroing = np.hypot(at.twisting_zone_mm, at.hole_distance_mm / 2) - at.twisting_zone_mm
-    sd = np.hypot(OFFSET_SD_MM, zeroing)[table.condition]
     runs = [r for r in range(len(table.runs)) if np.any(moved & (table.run == r))]
-    return np.column_stack([np.where(moved & (table.run == r), sd, 0.0) for r in runs])
+    own = [np.where(moved & (table.run == r), OFFSET_SD_MM, 0.0) for r in runs]
+    return np.column_stack([*own, np.where(moved, zeroing[table.condition], 0.0)])
 
 
-def _row_scale(table: Table) -> tuple[np.ndarray, np.ndarray]:
+def _row_scale(table: Table) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     scale = np.ones(table.rows)
-    known = np.full(len(table.observables), np.nan)
-    for k in range(len(table.observables)):
+    usual = np.array([USUAL_NOISE[name] for name in table.observables])
+    sure = np.full(len(usual), USUAL_SD)
+    for k in range(len(usual)):
         rows = table.observable == k
         sd = table.value_sd[rows]
         if rows.any() and np.all(np.isfinite(sd)):
-            known[k] = np.exp(np.mean(np.log(sd)))
-            scale[rows] = sd / known[k]
-    return scale, known
+            usual[k], sure[k] = np.exp(np.mean(np.log(sd))), STATED_SD
+            scale[rows] = sd / usual[k]
+    return scale, usual, sure
 
 
 # ------------------------------------------------------------------ parameters in prior units

@@ -104,7 +104,7 @@ def _singles(problem: Problem, base: Fit, hints: Selection | None) -> list[Candi
                 fit(problem, MECHANISMS[name].extend(Simulation(base=problem.base), shape.name))
                 for shape in shapes
             ]
-        found.append(_pool((name,), fits, len(shapes)))
+        found.append(_pool(problem, (name,), fits))
     return sorted(found, key=lambda c: -c.log_evidence)
 
 
@@ -114,13 +114,20 @@ def _again(problem: Problem, old: Fit) -> Fit:
     return fit(problem, old.simulation, start, most_steps=8, noise=(old.sigma, old.rho))
 
 
-def _pool(names: tuple[str, ...], fits: list[Fit], shapes: int) -> Candidate:
-    """Evidence averaged over the shapes that were possible, best fit first."""
-    fits = sorted(fits, key=lambda f: -f.log_evidence)
-    evidence = np.array([f.log_evidence for f in fits])
-    pooled = evidence[0] + float(np.log(np.sum(np.exp(evidence - evidence[0])) / shapes))
-    pooled += sum(PRIOR_LOG_ODDS.get(name, 0.0) for name in names)
+def _pool(problem: Problem, names: tuple[str, ...], fits: list[Fit]) -> Candidate:
+    """Evidence averaged over the shapes that were possible; the likeliest fit first."""
+    fits = sorted(fits, key=lambda f: -weighed(f))
+    evidence = np.array([weighed(f) for f in fits])
+    pooled = evidence[0] + float(np.log(np.sum(np.exp(evidence - evidence[0]))))
+    for name in names:
+        odds = np.array([shape.log_odds for shape in usable_shapes(problem, name)])
+        pooled += PRIOR_LOG_ODDS.get(name, 0.0) - float(np.log(np.sum(np.exp(odds))))
     return Candidate(names, pooled, fits[0], tuple(fits))
+
+
+def weighed(fitted: Fit) -> float:
+    """Log evidence with the shapes' prior odds."""
+    return fitted.log_evidence + sum(part.shape.log_odds for part in fitted.simulation.parts)
 
 
 def _choose(base: Fit, candidates: list[Candidate]) -> Candidate | None:
@@ -150,10 +157,7 @@ def _extended(
     if hints is not None:
         sizes = {len(f.names) + 1 for f in firsts}
         old = [c for c in hints.candidates if len(c.names) in sizes]
-        return [
-            _pool(c.names, [_again(problem, f) for f in c.fits], _combinations(problem, c.names))
-            for c in old
-        ]
+        return [_pool(problem, c.names, [_again(problem, f) for f in c.fits]) for c in old]
     screened: list[tuple[float, Fit, Part, np.ndarray]] = []
     for first in firsts:
         screened += _screen(problem, first.best)
@@ -166,16 +170,12 @@ def _extended(
         if sum(map(len, fits.values())) >= PAIRS_REFINED:
             break
         fits.setdefault(names, []).append(_refine(problem, start_fit, part, start))
-    return [_pool(names, found, _combinations(problem, names)) for names, found in fits.items()]
+    return [_pool(problem, names, found) for names, found in fits.items()]
 
 
 def _sorted_names(names: Iterable[str]) -> tuple[str, ...]:
     order = list(MECHANISMS)
     return tuple(sorted(names, key=order.index))
-
-
-def _combinations(problem: Problem, names: tuple[str, ...]) -> int:
-    return int(np.prod([len(usable_shapes(problem, name)) for name in names]))
 
 
 def _screen(problem: Problem, first: Fit) -> list[tuple[float, Fit, Part, np.ndarray]]:

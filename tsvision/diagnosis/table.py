@@ -24,7 +24,7 @@ from tsvision.units import kgf_to_newton
 NAN = float("nan")
 # Share of the value (first) and mm (second): the larger of the two is the standard deviation.
 DEFAULT_TOLERANCE: dict[str, tuple[float, float]] = {
-    "bundle_diameter_mm": (0.02, 0.0),
+    "bundle_diameter_mm": (0.005, 0.003),  # a caliper that shows 0.01 mm
     "packed_diameter_mm": (0.08, 0.0),  # D from a section model, which errs by up to 13 %
     "twisting_zone_mm": (0.0, 0.15),
     "hole_distance_nominal_mm": (0.0, 0.10),
@@ -309,7 +309,9 @@ def _conditions(
         raise InputError(f"{where}: the twisting zone must be above 0 mm and no distance negative")
     diameter, packed = _nominal_diameter(column, notes, where)
     given = column["bundle_diameter_mm_sd"]
-    share = np.where(packed, *(DEFAULT_TOLERANCE[n][0] for n in _DIAMETERS))
+    share, least = (
+        np.where(packed, *(DEFAULT_TOLERANCE[n][i] for n in _DIAMETERS)) for i in range(2)
+    )
     string_share = column["string_diameter_mm_sd"] / column["string_diameter_mm"]
     share = np.where(packed & np.isfinite(string_share), np.hypot(share, string_share), share)
     run = np.array([runs.index(row["run"]) for row in first])
@@ -330,7 +332,7 @@ def _conditions(
     )
     zone_sd = _tolerance(column, "twisting_zone_mm")
     hole_sd = _tolerance(column, "hole_distance_nominal_mm")
-    radius_sd = np.where(np.isnan(given), share * diameter, given) / 2
+    radius_sd = np.where(np.isnan(given), np.maximum(share * diameter, least), given) / 2
     return at, [radius_sd, zone_sd, hole_sd]
 
 

@@ -14,8 +14,8 @@ _COMPLIANCE = Parameter(
     "1/EA of one string",
     low=0.0,
     high=0.02,
-    typical=1e-3,
-    starts=(0.5, 2.0),
+    typical=5e-4,  # fibres break at 3 to 4 % strain, some hundred N
+    starts=(0.7, 3.0),
 )
 _EXPONENT = Parameter(
     "exponent",

@@ -99,7 +99,12 @@ MECHANISM = Mechanism(
     shapes=(
         Shape("power", "r = r₀ (T/T_min)^−k", (_EXPONENT,), {"tension": _squeezing(_power)}, _LOAD),
         Shape(
-            "linear", "r = r₀ (1 − c T)", (_COMPLIANCE,), {"tension": _squeezing(_linear)}, _LOAD
+            "linear",
+            "r = r₀ (1 − c T)",
+            (_COMPLIANCE,),
+            {"tension": _squeezing(_linear)},
+            _LOAD,
+            log_odds=-3.0,  # fibres pressed together stiffen, and a straight law ends at r = 0
         ),
         Shape(
             "power_from",

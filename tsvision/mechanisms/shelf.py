@@ -155,7 +155,8 @@ class Shape:
     equation: str
     parameters: tuple[Parameter, ...]
     effects: Mapping[str, Effect]
-    needs: frozenset[str] = frozenset()  # of: load, loads, time, unwinding, bundles, untwisted
+    needs: frozenset[str] = frozenset()  # of: load, loads, time, unwinding, bundles
+    log_odds: float = 0.0  # how likely before any data, against the other shapes
 
 
 @dataclass(frozen=True)
