@@ -24,5 +24,10 @@ types: $(STAMP)
 test: lint types
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
+docs: $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[docs]"
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
+	@echo "open site/index.html"
+
 clean:
-	rm -rf demo out build dist .pytest_cache .mypy_cache .ruff_cache
+	rm -rf demo out site build dist .pytest_cache .mypy_cache .ruff_cache
