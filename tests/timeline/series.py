@@ -3,7 +3,8 @@
 Written for the tests of the timeline alone; it shares no code with it. A bundle of diameter D is
 wound from 0 turns; coiling sets in at one turn count, unevenness at another, knots nucleate, grow
 and drift. The measured series carry noise that grows with coiling, knots that hide from the view,
-false sightings, jitter, unmeasured frames and gaps.
+false sightings, jitter, unmeasured frames and gaps. Unwinding lags: what the turns of
+winding show is still there `lag_turns` lower.
 """
 
 from __future__ import annotations
@@ -43,6 +44,7 @@ class Plan:
     nan: float = 0.02
     mm_per_px: float = 0.0228
     drift_mm_per_turn: float = 0.03
+    lag_turns: float = 0.0
     seed: int = 0
 
 
@@ -71,15 +73,13 @@ def simulate(plan: Plan, turns: np.ndarray | None = None) -> Series:
     random = np.random.default_rng(plan.seed)
     if turns is None:
         turns = np.arange(0.0, plan.last_turns + 1e-9, plan.step_turns)
-    coil = np.where(
-        turns >= plan.overtwist_turns,
-        0.05 + 0.06 * np.sqrt(np.maximum(turns - plan.overtwist_turns, 0) / 5.0),
-        0.0,
-    )
-    uneven = np.where(turns >= plan.local_turns, 0.08 + 0.01 * (turns - plan.local_turns), 0.02)
+    laid = lagging(turns, plan.lag_turns)
+    beyond = np.maximum(laid - plan.overtwist_turns, 0)
+    coil = np.where(laid >= plan.overtwist_turns, 0.05 + 0.06 * np.sqrt(beyond / 5.0), 0.0)
+    uneven = np.where(laid >= plan.local_turns, 0.08 + 0.01 * (laid - plan.local_turns), 0.02)
     base = 1.0 + 2 * np.sqrt(2) * coil * 0.5
     ratios = np.array(
-        [knot_ratio(plan, turns, k, base) for k in range(len(plan.knot_turns))]
+        [knot_ratio(plan, laid, k, base) for k in range(len(plan.knot_turns))]
     ).reshape(len(plan.knot_turns), len(turns))
     truly = ratios >= 1.40
     frames = _frames(plan, random, turns, coil, uneven, base, ratios)
@@ -97,6 +97,20 @@ def simulate(plan: Plan, turns: np.ndarray | None = None) -> Series:
         float(turns[first[0]]) if len(first) else np.nan,
         truly.sum(axis=0),
     )
+
+
+def lagging(turns: np.ndarray, lag: float) -> np.ndarray:
+    """(n,) the winding turn count that shows the same as each frame."""
+    falling = np.diff(turns, prepend=turns[:1]) < 0
+    peaks = np.array([turns[: i + 1][-400:].max() for i in range(len(turns))])
+    return np.where(falling, np.minimum(turns + lag, peaks), turns)
+
+
+def cycles(last_turns: float, step_turns: float, count: int) -> np.ndarray:
+    """Turns of `count` times winding up and back to 0."""
+    up = np.arange(0.0, last_turns + 1e-9, step_turns)
+    one = np.concatenate([up, up[-2:0:-1]])
+    return np.concatenate([*[one] * count, [0.0]])
 
 
 def _frames(plan, random, turns, coil, uneven, base, ratios):  # type: ignore[no-untyped-def]

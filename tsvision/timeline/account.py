@@ -69,7 +69,7 @@ def account(
     onsets, reasons = _checked(onsets, reasons, frames, histories, spoken, order, seen)
     if not np.isfinite(rig.actuator.hole_diameter_mm):
         onsets["irreversible_onset"], reasons["irreversible_onset"] = _no_hole(onsets)
-    kept, rejected = split_sightings(frames, knots, tracking, order)
+    kept, rejected = split_sightings(frames, knots, tracking, order, histories[3])
     by_cycle = onsets_by_cycle(frames, histories[3], order, seen, criteria)
     extras: dict[str, object] = {
         "safe": asdict(largest_safe(frames, order, onsets, rig)),

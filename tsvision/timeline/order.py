@@ -13,6 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+ONLY_FALLING = (
+    "the turns only fall: read backward, as if winding; if this is an unwinding, an onset told "
+    "here is where the phase ends, and it begins at more turns"
+)
 SHUFFLED_REVERSALS = 0.45  # a shuffled series turns back at 2/3 of its frames, cycles at < 1/3
 
 
@@ -43,7 +47,8 @@ def order_frames(frames: pd.DataFrame) -> Order:
     run, direction = _runs(wind) if not shuffled else (_zeros(rows), _zeros(rows) + 1)
     rows, wind, known, run, direction = _sort_within_runs(rows, wind, known, run, direction)
     if len(direction) and np.all(direction < 0):
-        notes += ("the turns only fall: read as unwinding",)
+        rows, wind, known, direction = rows[::-1], wind[::-1], known[::-1], -direction
+        notes += (ONLY_FALLING,)
     return Order(rows, wind, known, run, direction, sign, notes, shuffled)
 
 

@@ -50,12 +50,18 @@ def _live(frames: pd.DataFrame, tracking: Tracking, order: Order) -> np.ndarray:
 
 
 def split_sightings(
-    frames: pd.DataFrame, knots: pd.DataFrame, tracking: Tracking, order: Order
+    frames: pd.DataFrame,
+    knots: pd.DataFrame,
+    tracking: Tracking,
+    order: Order,
+    knotted: Histories,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """(kept, rejected): sightings that belong to a real knot, with `track` and `seen`, the gaps
-    of a track bridged by rows with `seen` False; and the others with the reason."""
+    of a track bridged by rows with `seen` False; and the others with the reason. A sighting in a
+    frame that the whole series says is not knotted is none."""
     tracked = knots.assign(track=tracking.number, seen=True)
-    good = tracking.confirmed & ~tracking.artefact
+    believed = set(frames["frame"].to_numpy()[order.rows[knotted.there > 0.5]])
+    good = tracking.confirmed & ~tracking.artefact & knots["frame"].isin(believed).to_numpy()
     reason = np.where(tracking.artefact[~good], "there from the start", "unsupported")
     rejected = tracked.loc[~good].assign(reason=reason).reset_index(drop=True)
     kept = tracked.loc[good]

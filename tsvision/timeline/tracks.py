@@ -184,7 +184,8 @@ def _start_new(
     for i, row in enumerate(rows):
         if i in taken:
             continue
-        near = [t for t in older if abs(t.places[-1] - place[row]) < 1.0 + 0.5 * length[i]]
+        reach = 1.0 + 0.5 * length[i]
+        near = [t for t in older if np.abs(np.array(t.places[-2:]) - place[row]).min() < reach]
         origin = f"split from {near[0].number}" if near else "nucleated"
         new = Track(len(live) + len(done), [step], [int(row)], [float(place[row])])
         new.log_odds, new.origin = float(odds[row]), origin
@@ -228,7 +229,7 @@ def _describe(
                 "max_diameter_mm": _largest(sizes),
                 "growth": _growth(sizes),
                 "confidence": 1 / (1 + np.exp(-np.clip(track.log_odds, -30, 30))),
-                "confirmed": bool(track.log_odds >= CONFIRMED),
+                "confirmed": bool(track.log_odds >= CONFIRMED and (len(sizes) > 1 or ends_open)),
                 "artefact": _is_artefact(track, sizes, order),
                 "origin": track.origin,
                 "end": "lasts" if ends_open else track.end,

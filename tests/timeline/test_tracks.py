@@ -1,0 +1,93 @@
+"""Tracks of knots: drift, gaps, neighbours, merging, splitting, vanishing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from tests.timeline.series import KNOT_COLUMNS
+from tsvision.timeline.chain import Histories
+from tsvision.timeline.order import order_frames
+from tsvision.timeline.telling import split_sightings
+from tsvision.timeline.tracks import Tracking, track_knots
+
+D = 0.48
+
+
+def tables(places: dict[int, list[float]], count: int) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Frames one turn apart from 40 turns on, and sightings at the given places (mm)."""
+    rows = [
+        (frame, 40.0 + frame, place, 0.8, 0.9, 100 + place / 0.0228, 270.0, 0.9, 2.0)
+        for frame, some in places.items()
+        for place in some
+    ]
+    frames = pd.DataFrame(
+        {
+            "frame": np.arange(count),
+            "turns": 40.0 + np.arange(count),
+            "diameter_mm": D,
+            "knot_count": [float(len(places.get(i, []))) for i in range(count)],
+            "flags": "",
+        }
+    )
+    return frames, pd.DataFrame(rows, columns=KNOT_COLUMNS)
+
+
+def track(places: dict[int, list[float]], count: int) -> Tracking:
+    frames, knots = tables(places, count)
+    return track_knots(frames, knots, order_frames(frames))
+
+
+def test_two_drifting_neighbours_keep_their_identities() -> None:
+    places = {i: [8 + 0.1 * i, 11 - 0.05 * i] for i in range(12)}
+    told = track(places, 12)
+    assert len(told.tracks) == 2
+    assert told.number.tolist() == [0, 1] * 12
+
+
+def test_sightings_in_any_order_give_the_same_tracks() -> None:
+    places = {i: ([8, 12] if i % 2 else [12, 8]) for i in range(8)}
+    told = track({k: [float(p) for p in v] for k, v in places.items()}, 8)
+    assert len(told.tracks) == 2
+    assert told.tracks["sightings"].tolist() == [8, 8]
+
+
+def test_a_gap_is_part_of_the_track_and_is_bridged() -> None:
+    places = {i: [8 + 0.1 * i] for i in range(10) if i not in (4, 5)}
+    frames, knots = tables(places, 10)
+    order = order_frames(frames)
+    there = np.ones(len(frames))
+    tracking = track_knots(frames, knots, order)
+    kept, _ = split_sightings(frames, knots, tracking, order, Histories(there, there > 0))
+    assert kept["frame"].tolist() == list(range(10))
+    assert kept.loc[~kept["seen"], "frame"].tolist() == [4, 5]
+    assert np.allclose(kept["centre_mm"], 8 + 0.1 * np.arange(10))
+    assert kept["track"].nunique() == 1
+
+
+def test_two_that_meet_merge_into_the_one_that_goes_on() -> None:
+    apart = {i: [8.0 + 0.2 * i, 10.4 - 0.2 * i] for i in range(5)}
+    told = track(apart | {i: [9.2] for i in range(5, 14)}, 14)
+    assert len(told.tracks) == 2
+    assert sorted(end.split()[0] for end in told.tracks["end"]) == ["lasts", "merged"]
+
+
+def test_one_that_divides_splits() -> None:
+    told = track({i: [9.0] for i in range(5)} | {i: [8.7, 9.6] for i in range(5, 10)}, 10)
+    assert len(told.tracks) == 2
+    assert told.tracks["origin"].tolist() == ["nucleated", "split from 0"]
+
+
+def test_one_that_dissolves_vanishes_and_a_lone_sighting_is_not_confirmed() -> None:
+    told = track({i: [9.0] for i in range(6)} | {12: [15.0]}, 20)
+    assert told.tracks["end"].tolist() == ["vanished", "vanished"]
+    assert told.tracks["confirmed"].tolist() == [True, False]
+
+
+def test_without_a_scale_the_pixels_serve() -> None:
+    frames, knots = tables({i: [8 + 0.1 * i, 12.0] for i in range(8)}, 8)
+    frames = frames.assign(diameter_mm=np.nan, diameter_px=D / 0.0228)
+    lost = ["centre_mm", "length_mm", "max_diameter_mm"]
+    knots = knots.assign(**dict.fromkeys(lost, np.nan))
+    told = track_knots(frames, knots, order_frames(frames))
+    assert told.tracks["sightings"].tolist() == [8, 8]
