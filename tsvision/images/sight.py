@@ -16,7 +16,7 @@ from tsvision.images.axis import Ridge, find_ridges
 from tsvision.images.linear import LUMA_BGR, best_weights, project, to_linear
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 
-MASK_LEVEL = 0.35  # of the core's contrast; rough edges only, the sub-pixel ones follow
+MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
 
 
 @dataclass(frozen=True)
@@ -100,15 +100,29 @@ def _robust_parabola(level: np.ndarray) -> np.ndarray:
     return coefficients[0] + coefficients[1] * x + coefficients[2] * x * x
 
 
-def string_mask(contrast: np.ndarray, thin_px: float, level: float = MASK_LEVEL) -> np.ndarray:
-    """Where strings lie in a contrast strip (core about 1): bool, same shape.
+def mask_level(contrast: np.ndarray, inner_px: float) -> float:
+    """Contrast at which strings begin: low enough for the shadow side of a front-lit strand, which
+    may keep a tenth of the core's contrast, and above what the ground itself varies by."""
+    half = contrast.shape[0] // 2
+    ground = contrast[np.abs(np.arange(-half, half + 1)) > inner_px][::2, ::3]
+    ground = ground[np.isfinite(ground)]
+    if ground.size == 0:
+        return MASK_LEVEL
+    spread = 1.4826 * float(np.median(np.abs(ground - np.median(ground))))
+    return float(np.clip(5.0 * spread, 0.09, MASK_LEVEL))
 
-    Valleys between strands are closed, fibres thinner than `thin_px` opened away. |contrast| is
-    used because the shadow side of a strand can be darker than the ground.
+
+def string_mask(contrast: np.ndarray, thin_px: float, level: float) -> np.ndarray:
+    """Where strings lie in a contrast strip (core about 1): uint8 0/1, same shape.
+
+    Valleys between strands are closed, fibres thinner than `thin_px` opened away. The shadow side
+    of a strand can be darker than the ground (the negative part); a shadow on the ground is soft
+    and must be twice as strong to count.
     """
-    raw = (np.abs(np.nan_to_num(contrast)) > level).astype(np.uint8)
-    k = max(1, round(thin_px))
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (k | 1, k | 1))
+    known = np.nan_to_num(contrast)
+    raw = ((known > level) | (known < -2.0 * level)).astype(np.uint8)
+    k = max(1, round(thin_px)) | 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (k, k))
     return cv2.morphologyEx(cv2.morphologyEx(raw, cv2.MORPH_CLOSE, kernel), cv2.MORPH_OPEN, kernel)
 
 
@@ -140,7 +154,7 @@ def find_sight(
     contrasts = [_contrast(s, weights, width) for s in strips]
     core = np.nanmedian([np.nanmedian(_raw_core(s, weights, width)) for s in strips])
     sense = 1 if core >= 0 else -1
-    masks = [string_mask(c, 0.2 * width) for c in contrasts]
+    masks = [_mask(c, width) for c in contrasts]
     near, far = _leg_columns(masks, half, width)
     legs = near != far
     flip = far > near if side == "auto" else _needs_flip(axis, side)
@@ -149,8 +163,15 @@ def find_sight(
         masks = [m[::-1, ::-1] for m in masks]
     start, end, connector = _extent(masks, half, width)
     return Sight(
-        axis=axis, weights=np.asarray(weights), sense=sense, width_px=width, start_px=start,
-        end_px=end, connector_px=connector, legs_seen=bool(legs), separation=separation,
+        axis=axis,
+        weights=np.asarray(weights),
+        sense=sense,
+        width_px=width,
+        start_px=start,
+        end_px=end,
+        connector_px=connector,
+        legs_seen=bool(legs),
+        separation=separation,
         gamma=gamma,
     )
 
@@ -195,7 +216,7 @@ def _settle(linears: list[np.ndarray], axis: Axis, width: float) -> tuple[Axis, 
         half = int(np.ceil(3.2 * width)) + 6
         strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
         weights, _ = _signal(strips, 0.5 * width)
-        masks = [string_mask(_contrast(s, weights, width), 0.2 * width) for s in strips]
+        masks = [_mask(_contrast(s, weights, width), width) for s in strips]
         if turn == 2:
             support = sum(_support(m, half, width) for m in masks) / len(masks)
         axis, width = _refine(axis, masks, half, width)
@@ -257,6 +278,10 @@ def _near_median(samples: np.ndarray) -> np.ndarray:
     return distance <= 2.5 * np.median(distance) + 1e-9
 
 
+def _mask(contrast: np.ndarray, width: float) -> np.ndarray:
+    return string_mask(contrast, 0.2 * width, mask_level(contrast, 1.3 * width))
+
+
 def _raw_core(strip: Strip, weights: np.ndarray, width: float) -> np.ndarray:
     values = project(strip.values, weights)
     n = np.arange(-strip.half_px, strip.half_px + 1)
@@ -303,9 +328,7 @@ def _scan(mask, half, near):  # pragma: no cover - compiled
     return out
 
 
-def _refine(
-    axis: Axis, masks: list[np.ndarray], half: int, width: float
-) -> tuple[Axis, float]:
+def _refine(axis: Axis, masks: list[np.ndarray], half: int, width: float) -> tuple[Axis, float]:
     """Robust line through the runs' middles of all frames, and the bundle's typical outer width.
 
     Where two legs run beside the axis their midpoint counts: it lies on the axis too.

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 import numba
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, lsq_linear
 
 TEMPLATE_STEP_PX = 0.05
 _T = np.arange(-14.0, 30.0, TEMPLATE_STEP_PX)
@@ -74,15 +74,24 @@ def fit_shading(
     profiles: tuple[np.ndarray, np.ndarray],
     offsets_px: np.ndarray,
     rho_px: float,
+    sense: int = 1,
     blur_start_px: float = 1.0,
 ) -> tuple[Shading, Shading, np.ndarray]:
     """Fit both sides' mean edge profiles with one blur.
 
-    profiles: upper and lower, each (K,) at `offsets_px` from the rough edge, > 0 inside.
+    profiles: upper and lower, each (K,) in units of the core's contrast, at `offsets_px` from the
+    edges as known so far, > 0 inside. sense: +1 strings brighter than the ground, -1 darker.
     Returns upper and lower shading and (2,) the true edges' places on the offsets' axis
-    (negative: the true edge lies outside the rough one).
+    (negative: the true edge lies outside the one assumed).
+
+    Light is never negative: seen as contrast, limb darkening b has the sign of `sense`, and cross
+    light c cannot take away more than is there.
     """
     spans = [max(float(np.ptp(p)), 1e-6) for p in profiles]
+    low_b, high_b = (0.0, 1.5) if sense > 0 else (-1.5, 0.0)
+    bounds = ([0.05, low_b, -0.8, -0.5], [1.6, high_b, 0.8, 0.5])
+    pull = 0.02 * np.sqrt(len(offsets_px))
+    ridge = np.diag([0.0, pull, pull, 0.0])
 
     def solve(q: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
         basis = shading_basis(rho_px, q[0])
@@ -90,11 +99,9 @@ def fit_shading(
         for side, profile in enumerate(profiles):
             design = np.array([np.interp(offsets_px - q[1 + side], _T, b) for b in basis])
             design = np.vstack([design, np.ones_like(offsets_px)]).T
-            # A weak pull to a plain step: without it b and c trade against the edge's place.
-            ridge = np.diag([0.0, 0.03, 0.03, 0.0]) * np.sqrt(len(offsets_px))
             full = np.vstack([design, ridge])
             target = np.concatenate([profile / spans[side], np.zeros(4)])
-            light, *_ = np.linalg.lstsq(full, target, rcond=None)
+            light = lsq_linear(full, target, bounds=bounds).x
             found.append(light)
             residuals.append(full @ light - target)
         return found, np.concatenate(residuals)
@@ -105,6 +112,7 @@ def fit_shading(
         bounds=([0.35, -2.5, -2.5], [6.0, 2.5, 2.5]),
         diff_step=1e-3,
         x_scale=[0.2, 0.2, 0.2],
+        max_nfev=40,
     )
     lights, residuals = solve(fit.x)
     rms = float(np.sqrt(np.mean(residuals**2)))
@@ -117,8 +125,20 @@ def fit_shading(
 
 @numba.njit(cache=True, fastmath=True)
 def _match(
-    values, start, outward, cosine, template, t0, dt, outside, inside, limit, iterations,
-    edge, depth, residual,
+    values,
+    start,
+    outward,
+    cosine,
+    template,
+    t0,
+    dt,
+    outside,
+    inside,
+    limit,
+    iterations,
+    edge,
+    depth,
+    residual,
 ):  # pragma: no cover - compiled
     """Gauss-Newton on (edge, depth, ground) of every column."""
     rows, columns = values.shape
@@ -230,7 +250,19 @@ def match_edges(
     inside = max(inside, 1.5 * shading.blur_px + 1.0)
     cosine = 1.0 / np.sqrt(1.0 + np.clip(slope, -1.5, 1.5) ** 2)
     _match(
-        values, start_row, outward, cosine, shading.template, float(_T[0]), TEMPLATE_STEP_PX,
-        outside, inside, limit_px, 8, edge, depth, residual,
+        values,
+        start_row,
+        outward,
+        cosine,
+        shading.template,
+        float(_T[0]),
+        TEMPLATE_STEP_PX,
+        outside,
+        inside,
+        limit_px,
+        8,
+        edge,
+        depth,
+        residual,
     )
     return edge, depth, residual

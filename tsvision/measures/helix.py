@@ -266,8 +266,21 @@ def _normal_equations(
 
 @numba.njit(cache=True, fastmath=True)
 def _minimise(
-    p0, free, prior_mean, prior_weight, site_radius, site_angle, z0, up_obs, low_obs, up_w, low_w,
-    scale, step, iterations, normal_out,
+    p0,
+    free,
+    prior_mean,
+    prior_weight,
+    site_radius,
+    site_angle,
+    z0,
+    up_obs,
+    low_obs,
+    up_w,
+    low_w,
+    scale,
+    step,
+    iterations,
+    normal_out,
 ):  # pragma: no cover - compiled
     """Levenberg-Marquardt over the free parameters; returns (p, cost, weight sum)."""
     p = p0.copy()
@@ -283,9 +296,7 @@ def _minimise(
         system, target = np.empty((m, m)), np.empty(m)
         for a in range(m):
             fa = free[a]
-            target[a] = right[fa] + scale * scale * prior_weight[fa] * (
-                prior_mean[fa] - p[fa]
-            )
+            target[a] = right[fa] + scale * scale * prior_weight[fa] * (prior_mean[fa] - p[fa])
             for b in range(m):
                 system[a, b] = normal[fa, free[b]]
             system[a, a] += scale * scale * prior_weight[fa]
@@ -302,8 +313,18 @@ def _minimise(
             if ok:
                 new_normal, new_right = np.empty((9, 9)), np.empty(9)
                 new_cost, new_total = _normal_equations(
-                    trial, site_radius, site_angle, z0, up_obs, low_obs, up_w, low_w, scale, step,
-                    new_normal, new_right,
+                    trial,
+                    site_radius,
+                    site_angle,
+                    z0,
+                    up_obs,
+                    low_obs,
+                    up_w,
+                    low_w,
+                    scale,
+                    step,
+                    new_normal,
+                    new_right,
                 )
                 for a in range(9):
                     new_cost += prior_weight[a] * (trial[a] - prior_mean[a]) ** 2
@@ -333,8 +354,18 @@ class Edges:
 
     def window(self, s_low: float, s_high: float) -> Edges:
         keep = (self.s_px >= s_low) & (self.s_px <= s_high)
-        return Edges(*(v[keep] for v in (self.s_px, self.upper_px, self.lower_px,
-                                         self.upper_weight, self.lower_weight)))
+        return Edges(
+            *(
+                v[keep]
+                for v in (
+                    self.s_px,
+                    self.upper_px,
+                    self.lower_px,
+                    self.upper_weight,
+                    self.lower_weight,
+                )
+            )
+        )
 
 
 def fit_helix(
@@ -363,10 +394,21 @@ def fit_helix(
     normal = np.zeros((PARAMETERS, PARAMETERS))
     free_ids = np.array(free, dtype=np.int64)
     p, cost, total = _minimise(
-        np.asarray(start, dtype=float), free_ids, mean, weight,
-        section.radius_d, section.angle_rad, z0,
-        edges.upper_px, edges.lower_px, edges.upper_weight, edges.lower_weight,
-        scale_px, step, iterations, normal,
+        np.asarray(start, dtype=float),
+        free_ids,
+        mean,
+        weight,
+        section.radius_d,
+        section.angle_rad,
+        z0,
+        edges.upper_px,
+        edges.lower_px,
+        edges.upper_weight,
+        edges.lower_weight,
+        scale_px,
+        step,
+        iterations,
+        normal,
     )
     up, low = model_edges(p, section, z0, len(edges.s_px))
     r = np.concatenate([edges.upper_px - up, edges.lower_px - low])
@@ -378,8 +420,13 @@ def fit_helix(
     system = normal[np.ix_(free_ids, free_ids)] / variance + np.diag(1.0 / sd[free_ids] ** 2)
     covariance[np.ix_(free_ids, free_ids)] = np.linalg.pinv(system)
     return HelixFit(
-        p=p, covariance=covariance, rms_px=rms, cost=float(cost) / max(float(total), 1e-9),
-        points=int(good.sum()), section=section, z_px=(float(edges.s_px[0]), float(edges.s_px[-1])),
+        p=p,
+        covariance=covariance,
+        rms_px=rms,
+        cost=float(cost) / max(float(total), 1e-9),
+        points=int(good.sum()),
+        section=section,
+        z_px=(float(edges.s_px[0]), float(edges.s_px[-1])),
     )
 
 
@@ -391,7 +438,15 @@ def model_edges(
     at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
     step = max(0.25, min(0.6, 0.08 * float(p[RHO])))
     silhouette(
-        np.asarray(p, dtype=float), section.radius_d, section.angle_rad, float(z0), count,
-        upper, lower, at_u, at_l, step,
+        np.asarray(p, dtype=float),
+        section.radius_d,
+        section.angle_rad,
+        float(z0),
+        count,
+        upper,
+        lower,
+        at_u,
+        at_l,
+        step,
     )
     return upper, lower

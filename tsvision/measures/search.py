@@ -12,7 +12,6 @@ import numpy as np
 
 from tsvision.measures.helix import (
     COILED,
-    K,
     KC,
     PHI,
     PHIC,
@@ -23,6 +22,7 @@ from tsvision.measures.helix import (
     Y0,
     Edges,
     HelixFit,
+    K,
     Section,
     fit_helix,
 )
@@ -104,7 +104,11 @@ def _distinct_rates(rates: list[float], apart: float) -> list[float]:
 
 
 def best_fit(
-    edges: Edges, section: Section, starts: list[np.ndarray], coiled: bool, scale_px: float,
+    edges: Edges,
+    section: Section,
+    starts: list[np.ndarray],
+    coiled: bool,
+    scale_px: float,
     keep: int = 3,
 ) -> HelixFit | None:
     """Run all starts for a few steps, the best `keep` to the end; None without any start."""
@@ -115,8 +119,13 @@ def best_fit(
     return min(final, key=lambda f: f.cost) if final else None
 
 
-def coiled_starts(edges: Edges, section: Section, straight: HelixFit | None, diameter_px: float,
-                  expected_rate: float) -> list[np.ndarray]:
+def coiled_starts(
+    edges: Edges,
+    section: Section,
+    straight: HelixFit | None,
+    diameter_px: float,
+    expected_rate: float,
+) -> list[np.ndarray]:
     """Starts (9,) for a coiled bundle: the coil from the centre line's spectrum, the strands from
     the width's, from the straight fit and from the turns to be expected."""
     w = np.minimum(edges.upper_weight, edges.lower_weight)

@@ -51,7 +51,9 @@ def _columns(labels, keep, half, near, out):  # pragma: no cover - compiled
         out[4, c] = best if best < 1e8 else np.nan
 
 
-def outline(contrast: np.ndarray, width_px: float, strand_px: float, start: int) -> Silhouette:
+def outline(
+    contrast: np.ndarray, width_px: float, strand_px: float, start: int, level: float
+) -> Silhouette:
     """Rough outline of the strings in a contrast strip (R, M), core about 1.
 
     width_px: bundle's outer width; strand_px: one strand; start: first column to consider.
@@ -59,7 +61,7 @@ def outline(contrast: np.ndarray, width_px: float, strand_px: float, start: int)
     import cv2
 
     half = contrast.shape[0] // 2
-    mask = string_mask(contrast, max(0.4 * strand_px, 1.5))
+    mask = string_mask(contrast, max(0.4 * strand_px, 1.5), level)
     count, labels = cv2.connectedComponents(mask, connectivity=8)
     core = labels[half - max(int(0.15 * width_px), 1) : half + max(int(0.15 * width_px), 1) + 1]
     share = np.bincount(core.ravel(), minlength=count)
@@ -68,7 +70,7 @@ def outline(contrast: np.ndarray, width_px: float, strand_px: float, start: int)
     out = np.full((5, contrast.shape[1]), np.nan)
     _columns(labels, keep, half, 0.25 * width_px, out)
     low, high, run_low, run_high, distance = out
-    raw = (np.abs(contrast) > 0.25).sum(0)
+    raw = (contrast > 1.5 * level).sum(0)
     with np.errstate(invalid="ignore"):
         cut = raw > (high - low + 1) + 0.25 * strand_px
         single = (distance < 0.3 * width_px) & (run_high - run_low + 1 > 0.3 * width_px)

@@ -1,0 +1,162 @@
+"""One frame cut along the recording's axis: contrast, rough outline, and sub-pixel edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from tsvision.images.linear import project, to_linear
+from tsvision.images.sight import Sight, ground_level, mask_level
+from tsvision.images.strip import Strip, cut_strip
+from tsvision.measures.edges import Shading, fit_shading, match_edges, sample_profiles
+from tsvision.measures.helix import Edges
+from tsvision.measures.strands import Silhouette, outline
+
+
+@dataclass(frozen=True)
+class Cut:
+    """contrast (R, M): signal minus ground over the core's contrast; s_px (M,); half_px rows."""
+
+    contrast: np.ndarray
+    s_px: np.ndarray
+    half_px: int
+    silhouette: Silhouette
+    core_level: float
+    mask_level: float
+    noise: float
+    saturated: float
+
+
+def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) -> Cut | None:
+    """Straighten one picture and outline its strings; None when there is no contrast."""
+    low, high = sight.start_px - 2.0, sight.end_px + 2.0
+    linear, axis = _crop(pixels, sight, low, high, half_px)
+    strip = cut_strip(linear, axis, (low, high), half_px)
+    values = project(strip.values, sight.weights)
+    inner = 1.35 * sight.width_px
+    contrast = values - ground_level(values, inner)
+    n = np.arange(-half_px, half_px + 1)
+    core = contrast[np.abs(n) <= max(0.2 * sight.width_px, 1.0)]
+    # With few turns the axis lies between the legs most of the way: trust the brighter columns.
+    columns = np.nanmedian(core, axis=0) * sight.sense
+    level = sight.sense * float(np.nanpercentile(columns, 80.0))
+    ground_noise = 1.4826 * float(np.nanmedian(np.abs(np.diff(contrast[np.abs(n) > inner])))) / 1.41
+    if not np.isfinite(level) or abs(level) < max(1e-4, 1.5 * ground_noise):
+        return None
+    contrast = np.nan_to_num(contrast / level, nan=0.0)
+    mask = mask_level(contrast, inner)
+    silhouette = outline(contrast, sight.width_px, strand_px, 0, mask)
+    top = 255 if pixels.dtype == np.uint8 else 65535
+    saturated = float(np.mean(pixels >= top))
+    return Cut(
+        contrast, strip.s_px, half_px, silhouette, level, mask, abs(ground_noise / level), saturated
+    )
+
+
+def _crop(
+    pixels: np.ndarray, sight: Sight, low: float, high: float, half: int
+) -> tuple[np.ndarray, object]:
+    """Linear light of only the part of the picture that the strip touches."""
+    from tsvision.images.strip import Axis
+
+    axis = sight.axis
+    s = np.linspace(low, high, 2 if axis.is_straight else 64)
+    centre, t = axis.at(s), axis.tangent(s)
+    normal = np.stack([-t[:, 1], t[:, 0]], 1)
+    corners = np.concatenate([centre - (half + 3) * normal, centre + (half + 3) * normal])
+    x0, y0 = np.maximum(np.floor(corners.min(0)).astype(int), 0)
+    x1, y1 = np.ceil(corners.max(0)).astype(int) + 1
+    part = pixels[y0:y1, x0:x1]
+    if part.size == 0:
+        part, x0, y0 = pixels, 0, 0
+    moved = Axis(axis.points_px - np.array([x0, y0], dtype=float), axis.arc_px)
+    return to_linear(np.ascontiguousarray(part), sight.gamma), moved
+
+
+def _rough(cut: Cut) -> tuple[np.ndarray, np.ndarray]:
+    """Rows where the contrast falls through the mask level, upper and lower, (M,) each."""
+    c = np.abs(cut.contrast)
+    rows, columns = c.shape
+    col = np.arange(columns)
+    out = []
+    for limit, step in ((cut.silhouette.high, 1), (cut.silhouette.low, -1)):
+        known = np.isfinite(limit)
+        row = np.where(known, limit, 0).astype(int) + cut.half_px
+        row = np.clip(row, 1, rows - 2)
+        inside, outside = c[row, col], c[row + step, col]
+        part = np.clip((inside - cut.mask_level) / np.maximum(inside - outside, 1e-3), 0.0, 1.0)
+        out.append(np.where(known, row + step * part, np.nan))
+    return out[0], out[1]
+
+
+def _slope(edge: np.ndarray) -> np.ndarray:
+    """d edge / d s of a noisy edge (M,), smoothed over a few px; 0 where unknown."""
+    known = np.isfinite(edge)
+    if known.sum() < 4:
+        return np.zeros_like(edge)
+    s = np.arange(edge.size)
+    filled = np.interp(s, s[known], edge[known])
+    return np.gradient(gaussian_filter1d(filled, 1.5))
+
+
+def edge_profiles(
+    cuts: list[Cut],
+    rho_px: float,
+    known: list[tuple[np.ndarray, np.ndarray]] | None = None,
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]] | None:
+    """Mean edge profile of each side over all cuts, on offsets from the edges as known so far.
+
+    known: rows of the upper and lower edge (M,) for each cut, NaN where unknown; the rough edges
+    without it. Only edges that run nearly along the axis count: others are smeared across columns.
+    Each profile is scaled by its own depth before the median is taken.
+    """
+    offsets = np.arange(-5.0, max(0.85 * rho_px, 2.5) + 1e-9, 0.25)
+    profiles: list[list[np.ndarray]] = [[], []]
+    for i, cut in enumerate(cuts):
+        for side, outward in ((0, 1), (1, -1)):
+            edge = _rough(cut)[side] if known is None else known[i][side]
+            flat = np.isfinite(edge) & (np.abs(_slope(edge)) < 0.25) & ~cut.silhouette.cut
+            if flat.sum() < 10:
+                continue
+            sampled = sample_profiles(cut.contrast[:, flat], edge[flat], outward, offsets)
+            sampled = sampled[~np.isnan(sampled).any(1)]
+            ground = sampled[:, offsets < -3.5].mean(1, keepdims=True)
+            depth = sampled[:, offsets > 0.4 * offsets[-1]].mean(1, keepdims=True) - ground
+            typical = float(np.median(depth))
+            good = (depth > 0.4 * typical)[:, 0]
+            profiles[side].append(((sampled - ground) / depth * typical)[good])
+    if not all(profiles) or min(sum(map(len, p)) for p in profiles) < 15:
+        return None
+    means = [np.median(np.concatenate(p), axis=0) for p in profiles]
+    return offsets, (means[0], means[1])
+
+
+def learn_shading(cuts: list[Cut], rho_px: float, sense: int) -> tuple[Shading, Shading] | None:
+    """Upper and lower side's shading over some frames; None when too little edge is seen."""
+    mean = edge_profiles(cuts, rho_px)
+    if mean is None:
+        return None
+    upper, lower, _ = fit_shading(mean[1], mean[0], rho_px, sense)
+    return upper, lower
+
+
+def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
+    """Sub-pixel edges of every column of the bundle, weighted by how well the model matched."""
+    found = []
+    for rough, outward, shade in zip(_rough(cut), (1, -1), shading, strict=True):
+        edge, depth, residual = match_edges(
+            cut.contrast, rough, outward, shade, _slope(rough), limit_px=2.5
+        )
+        typical = np.nanmedian(depth) if np.isfinite(depth).any() else np.nan
+        with np.errstate(invalid="ignore"):
+            good = (depth > 0.3 * typical) & (depth < 3.0 * typical)
+            quality = 1.0 / (1.0 + (residual / (0.12 * depth)) ** 2)
+        weight = np.where(good & np.isfinite(edge), quality, 0.0)
+        found.append((np.where(weight > 0, edge - cut.half_px, 0.0), np.nan_to_num(weight)))
+    (upper, upper_weight), (lower, lower_weight) = found
+    return Edges(cut.s_px, upper, lower, upper_weight, lower_weight)
+
+
+__all__ = ["Cut", "Strip", "cut_frame", "edge_profiles", "find_edges", "learn_shading"]

@@ -1,0 +1,91 @@
+"""E(s): the outer diameter about the zone's straight axis, coiling included, and what stands out.
+
+One view shows the envelope only where a lobe happens to point sideways; between lobes the edges
+dip. Closing the larger of the two half widths over one lobe period fills the dips without widening
+what stands out.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import grey_closing, median_filter
+
+from tsvision.records import KnotSighting
+
+RISE = 1.15  # of the baseline: where a knot begins and ends
+TOP = 1.40  # of the bundle's diameter D: what its largest E must reach
+
+
+def envelope_px(
+    upper_px: np.ndarray, lower_px: np.ndarray, known: np.ndarray, period_px: float
+) -> np.ndarray:
+    """E(s) (M,) in px from both edges' distances to the axis; NaN outside the known columns."""
+    out = np.full(upper_px.shape, np.nan)
+    index = np.flatnonzero(known)
+    if index.size < 3:
+        return out
+    s = np.arange(upper_px.size)
+    half = np.maximum(np.abs(upper_px), np.abs(lower_px))
+    filled = np.interp(s, index, half[index])[index[0] : index[-1] + 1]
+    filled = median_filter(filled, size=3, mode="nearest")
+    size = int(np.clip(round(period_px), 3, filled.size))
+    out[index[0] : index[-1] + 1] = 2.0 * grey_closing(filled, size=size, mode="nearest")
+    return out
+
+
+def baseline_px(envelope: np.ndarray) -> float:
+    """E0: the 25th percentile of E(s) over the twisted part."""
+    known = envelope[np.isfinite(envelope)]
+    return float(np.percentile(known, 25.0)) if known.size else float("nan")
+
+
+def unevenness_of(envelope: np.ndarray) -> float:
+    """Coefficient of variation of E(s)."""
+    known = envelope[np.isfinite(envelope)]
+    return float(np.std(known) / np.mean(known)) if known.size > 2 else float("nan")
+
+
+def find_knots(
+    s_mm: np.ndarray,
+    envelope_mm: np.ndarray,
+    diameter_mm: float,
+    baseline_mm: float,
+    place_px: np.ndarray,
+    period_mm: float,
+    envelope_sd_mm: float,
+) -> list[KnotSighting]:
+    """Intervals that stand out by the written criterion: at least 1 D long with E >= 1.15 E0 and a
+    largest E >= 1.40 D. place_px (M, 2): x, y of the axis. Any unit serves for the mm arguments
+    as long as it is the same. Confidence: how far E stands above both limits, in its own sd.
+    """
+    above = np.isfinite(envelope_mm) & (envelope_mm >= RISE * baseline_mm)
+    found = []
+    for first, last in _runs(above):
+        length = float(s_mm[last] - s_mm[first])
+        top = float(np.nanmax(envelope_mm[first : last + 1]))
+        if length < diameter_mm or top < TOP * diameter_mm:
+            continue
+        weight = np.clip(envelope_mm[first : last + 1] - RISE * baseline_mm, 0.0, None) + 1e-12
+        centre = float((s_mm[first : last + 1] * weight).sum() / weight.sum())
+        at = int(np.argmin(np.abs(s_mm - centre)))
+        margin = min(top / (RISE * baseline_mm) - 1.0, top / (TOP * diameter_mm) - 1.0)
+        sd = max(envelope_sd_mm / max(baseline_mm, 1e-9), 0.01)
+        found.append(
+            KnotSighting(
+                centre_mm=centre,
+                length_mm=length,
+                max_diameter_mm=top,
+                centre_x_px=float(place_px[at, 0]),
+                centre_y_px=float(place_px[at, 1]),
+                confidence=float(1.0 - 0.5 * np.exp(-margin / sd)),
+                coils=length / period_mm if period_mm > 0 else float("nan"),
+            )
+        )
+    return found
+
+
+def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
+    """(first, last) of every run of True."""
+    padded = np.concatenate([[0], flags.astype(np.int8), [0]])
+    change = np.diff(padded)
+    return list(zip(np.flatnonzero(change == 1), np.flatnonzero(change == -1) - 1, strict=True))

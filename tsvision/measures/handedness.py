@@ -1,0 +1,44 @@
+"""S or Z, from the slope of the strands' ridges. The silhouette alone cannot tell."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+
+def ridge_slope(contrast: np.ndarray, centre_row: np.ndarray, half_width_px: float) -> float:
+    """Sign-bearing slope of the ridges in a strip, in -1..1: sum(gx gy) over sum of both squares.
+
+    contrast (R, M); centre_row (M,) the bundle's middle, along which the strip is straightened so
+    that coiling does not count; half_width_px: rows used on either side (keep inside the edges,
+    whose own slope alternates). Log contrast, so that lit and shadow side weigh alike.
+    Positive: ridges run from lower to higher n with growing s.
+    """
+    reach = max(int(half_width_px), 2)
+    columns = np.arange(contrast.shape[1], dtype=np.float32)
+    rows = centre_row[None, :] + np.arange(-reach, reach + 1)[:, None]
+    straight = cv2.remap(
+        contrast.astype(np.float32),
+        np.broadcast_to(columns, rows.shape).astype(np.float32),
+        rows.astype(np.float32),
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_REPLICATE,
+    )
+    log = np.log(np.maximum(straight, 0.05))
+    log = cv2.GaussianBlur(log, (0, 0), 0.8)
+    gx = 0.5 * (log[1:-1, 2:] - log[1:-1, :-2])
+    gy = 0.5 * (log[2:, 1:-1] - log[:-2, 1:-1])
+    gy = gy - np.median(gy, axis=1, keepdims=True)  # the mean shading across carries no slope
+    total = float((gx * gx + gy * gy).sum())
+    # A ridge along n = m s has gx = -m gy: the product's sign is opposite to the slope's.
+    return -2.0 * float((gx * gy).sum()) / total if total > 0 else 0.0
+
+
+def handedness_of(slope: float) -> str:
+    """Z for a right-handed helix, S for a left-handed one.
+
+    The strip shows s to the right and n downwards, like the picture. Held upright, the visible
+    front of a right-handed helix rises to the right like the middle stroke of a Z; laid over to the
+    right it falls to the right, so that n grows with s: a positive slope.
+    """
+    return "Z" if slope > 0 else "S"

@@ -1,0 +1,171 @@
+"""What a recording looks like, learnt once from a few of its frames: where, how bright, how thick.
+
+`learn_looks` sees the sampled frames together; `measure_frame` then needs one frame at a time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tsvision.images.sight import Sight, find_sight
+from tsvision.measures.bundle import BundleFit, fit_window
+from tsvision.measures.cut import Cut, cut_frame, edge_profiles, find_edges, learn_shading
+from tsvision.measures.edges import Shading, fit_shading, make_shading
+from tsvision.measures.ends import Ends, find_ends
+from tsvision.measures.helix import Section, model_edges
+from tsvision.measures.section import pair_core
+from tsvision.records import Rig, Scale
+
+SAMPLED_FRAMES = 8
+
+
+@dataclass(frozen=True)
+class Looks:
+    """All that stays the same in a recording.
+
+    strand_count N and its confidence (1 when given); shading of the upper and lower edge;
+    diameter_px as learnt; half_px rows of a strip; zero_px: s of the separator's face; ends.
+    """
+
+    sight: Sight
+    section: Section
+    strand_count: int
+    strand_count_given: bool
+    strand_count_confidence: float
+    shading: tuple[Shading, Shading]
+    diameter_px: float
+    half_px: int
+    ends: Ends
+    scale: Scale
+    zero_px: float
+    zero_known: bool
+    hole_distance_mm: float
+
+
+def pick_samples(count: int, most: int = SAMPLED_FRAMES) -> list[int]:
+    """Indices spread evenly over a recording of `count` frames, first and last included."""
+    if count <= most:
+        return list(range(count))
+    return sorted({round(i) for i in np.linspace(0, count - 1, most)})
+
+
+def learn_looks(pictures: list[np.ndarray], rig: Rig, scale: Scale) -> Looks | None:
+    """Find the bundle and learn its looks from some pictures of one size; None if there is none."""
+    given = rig.strings.count
+    widths = _possible_widths(rig, scale)
+    sight = find_sight(pictures, rig.view.roi_px, widths, rig.camera.gamma, rig.view.separator_side)
+    if sight is None:
+        return None
+    count = given or 2
+    section = pair_core(count)
+    strand_px = sight.width_px / section.diameter_d
+    half = int(np.ceil(2.3 * sight.width_px)) + 6
+    cuts = [c for p in pictures if (c := cut_frame(p, sight, strand_px, half)) is not None]
+    if not cuts:
+        return None
+    shading = learn_shading(cuts, 0.5 * strand_px, sight.sense) or _plain(0.5 * strand_px)
+    ends = find_ends(cuts, sight)
+    diameter = sight.width_px
+    for _ in range(2):
+        shading, diameter = _settle(cuts, section, shading, diameter, sight.sense)
+    zero, known = _separator_face(ends, rig, scale, cuts)
+    return Looks(
+        sight=sight,
+        section=section,
+        strand_count=count,
+        strand_count_given=given is not None,
+        strand_count_confidence=1.0 if given is not None else 0.5,
+        shading=shading,
+        diameter_px=diameter,
+        half_px=max(half, int(np.ceil(2.2 * diameter)) + 6),
+        ends=ends,
+        scale=scale,
+        zero_px=zero,
+        zero_known=known,
+        hole_distance_mm=rig.actuator.hole_distance_mm,
+    )
+
+
+def _plain(rho_px: float) -> tuple[Shading, Shading]:
+    shade = make_shading(rho_px, 1.0, (0.8, 0.2, 0.0))
+    return shade, shade
+
+
+def _possible_widths(rig: Rig, scale: Scale) -> tuple[float, float] | None:
+    """From one strand's width to a coiled bundle's, when the rig tells d and the scale is known."""
+    d = rig.strings.diameter_mm
+    if not (np.isfinite(d) and np.isfinite(scale.mm_per_px)):
+        return None
+    count = rig.strings.count
+    outer = pair_core(min(count, 8)).diameter_d if count else 3.7
+    return d / scale.mm_per_px, 2.2 * outer * d / scale.mm_per_px
+
+
+def near_window(cut: Cut, diameter_px: float, skip: float = 1.2, length: float = 7.0):
+    """s_low, s_high of a first fit beside the apex, in widths; None when the bundle is too short."""
+    columns = np.flatnonzero(cut.silhouette.bundle)
+    if columns.size < 2.5 * diameter_px:
+        return None
+    low = cut.s_px[columns[0]] + skip * diameter_px
+    high = min(low + length * diameter_px, cut.s_px[columns[-1]] - 0.3 * diameter_px)
+    return (low, high) if high - low > 1.5 * diameter_px else None
+
+
+def _settle(
+    cuts: list[Cut], section: Section, shading: tuple[Shading, Shading], diameter: float, sense: int
+) -> tuple[tuple[Shading, Shading], float]:
+    """Average the edges again along the fitted silhouettes, and learn shading and blur from that.
+
+    Aligned on measured edges the mean profile is smeared by their scatter; aligned on the fitted
+    helix it is not. The places found by the sharper profile say how far the edges were off.
+    """
+    fits: list[tuple[Cut, BundleFit]] = []
+    before = None
+    for cut in cuts:
+        window = near_window(cut, diameter)
+        if window is None:
+            continue
+        edges = find_edges(cut, shading)
+        fit = fit_window(edges, section, *window, diameter, float("nan"), before)
+        if fit is not None and fit.fit.rms_px < max(0.6, 0.03 * diameter):
+            fits.append((cut, fit))
+            before = fit
+    if not fits:
+        return shading, diameter
+    diameter = float(np.median([f.fit.diameter_px for _, f in fits]))
+    rho = 0.5 * diameter / section.diameter_d
+    known = [_model_rows(cut, fit) for cut, fit in fits]
+    mean = edge_profiles([cut for cut, _ in fits], rho, known)
+    if mean is None:
+        return shading, diameter
+    upper, lower, _ = fit_shading(mean[1], mean[0], rho, sense, shading[0].blur_px)
+    return (upper, lower), diameter
+
+
+def _model_rows(cut: Cut, found: BundleFit) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the fitted silhouette's edges, (M,) each, NaN outside the fitted window."""
+    inside = (cut.s_px >= found.s_low_px) & (cut.s_px <= found.s_high_px)
+    upper, lower = np.full(inside.size, np.nan), np.full(inside.size, np.nan)
+    z0 = found.s_low_px - found.middle_px
+    up, low = model_edges(found.fit.p, found.fit.section, z0, int(inside.sum()))
+    upper[inside], lower[inside] = up + cut.half_px, low + cut.half_px
+    return upper, lower
+
+
+def _separator_face(ends: Ends, rig: Rig, scale: Scale, cuts: list[Cut]) -> tuple[float, bool]:
+    """s (px) where s_mm is zero: the connector minus L when both are known, which is better than
+    the plate's edge, since the hole exits are usually hidden by the plate."""
+    length = rig.actuator.twisting_zone_mm / scale.mm_per_px
+    if np.isfinite(ends.connector_px) and np.isfinite(length):
+        return ends.connector_px - length, True
+    if np.isfinite(ends.plate_px):
+        return ends.plate_px, True
+    first = [c.s_px[0] + c.silhouette.apex_column for c in cuts]
+    return float(np.nanmin(first)) if np.isfinite(first).any() else float(cuts[0].s_px[0]), False
+
+
+def with_scale(looks: Looks, scale: Scale) -> Looks:
+    """The same looks under another scale."""
+    return replace(looks, scale=scale)

@@ -1,0 +1,114 @@
+"""A recording in, one result a frame out, in order and with flat memory.
+
+What stands still is learnt from a few frames spread over the recording, so that a recording cut
+into chunks gives the same numbers; then every frame is measured on its own, starting from the one
+before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tsvision.flags import Flag, flags_to_text
+from tsvision.images.frames import iter_frames
+from tsvision.measures.frame import Warm, measure_frame
+from tsvision.measures.looks import Looks, learn_looks, pick_samples
+from tsvision.measures.scale import resolve_scale
+from tsvision.records import Frame, FrameResult, FrameRow, Recording, Rig
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to measure. sampled_frames: how many frames the looks are learnt from."""
+
+    sampled_frames: int = 8
+
+
+class Measurer:
+    """Measures frames one at a time once its looks are known.
+
+    `prime(pictures)` learns the looks; `measure` primes itself with the first frame it gets when
+    that has not been done (a live camera).
+    """
+
+    def __init__(self, rig: Rig, settings: Settings = Settings()) -> None:
+        self.rig = rig
+        self.settings = settings
+        self.looks: Looks | None = None
+        self.shape: tuple[int, ...] | None = None
+        self.warm = Warm()
+
+    def prime(self, pictures: list[np.ndarray]) -> None:
+        """Learn from pictures of one size; the looks stay None when no bundle is found."""
+        if not pictures:
+            return
+        self.shape = pictures[0].shape[:2]
+        alike = [p for p in pictures if p.shape == pictures[0].shape]
+        scale = resolve_scale(self.rig, alike[0])
+        self.looks = learn_looks(alike, self.rig, scale)
+
+    def measure(self, frame: Frame, turns: float = float("nan")) -> FrameResult:
+        """One frame; never raises on what the picture shows."""
+        if frame.pixels is None:
+            return _empty(frame, turns, Flag.UNREADABLE)
+        if self.looks is None and self.shape is None:
+            self.prime([frame.pixels])
+        if self.shape is not None and frame.pixels.shape[:2] != self.shape:
+            return _empty(frame, turns, Flag.WRONG_SIZE)
+        if _is_blank(frame.pixels):
+            return _empty(frame, turns, Flag.BLANK)
+        if self.looks is None:
+            return _empty(frame, turns, Flag.NO_BUNDLE)
+        result, self.warm = measure_frame(frame, self.looks, turns, self.warm)
+        return result
+
+
+def measure_frames(
+    recording: Recording, settings: Settings = Settings(), start: int = 0, stop: int | None = None
+) -> Iterator[FrameResult]:
+    """One FrameResult a frame, in order; `start`/`stop` cut a chunk (looks: whole recording)."""
+    measurer = Measurer(recording.rig, settings)
+    measurer.prime(sample_pictures(recording, settings.sampled_frames))
+    for frame in iter_frames(recording, start, stop):
+        i = frame.index
+        result = measurer.measure(frame, float(recording.turns[i]))
+        row = replace(
+            result.row,
+            time_s=float(recording.time_s[i]),
+            displacement_mm=float(recording.displacement_mm[i]),
+            load_N=float(recording.load_N[i]),
+            cycle=float(recording.cycle[i]),
+        )
+        yield replace(result, row=row)
+
+
+def sample_pictures(recording: Recording, most: int) -> list[np.ndarray]:
+    """Readable pictures spread over the recording, all of the commonest size."""
+    pictures = []
+    for i in pick_samples(len(recording.files), most):
+        for frame in iter_frames(recording, i, i + 1):
+            if frame.pixels is not None and not _is_blank(frame.pixels):
+                pictures.append(frame.pixels)
+    if not pictures:
+        for frame in iter_frames(recording):
+            if frame.pixels is not None and not _is_blank(frame.pixels):
+                return [frame.pixels]
+        return []
+    shapes = [p.shape for p in pictures]
+    common = max(set(shapes), key=lambda shape: (shapes.count(shape), shape == shapes[0]))
+    return [p for p in pictures if p.shape == common]
+
+
+def _is_blank(pixels: np.ndarray) -> bool:
+    sample = pixels[::7, ::7]
+    return bool(np.ptp(sample) < (4 if pixels.dtype == np.uint8 else 1024))
+
+
+def _empty(frame: Frame, turns: float, flag: Flag) -> FrameResult:
+    flags = flag | (Flag.NO_TURNS if not np.isfinite(turns) else Flag(0))
+    return FrameResult(
+        FrameRow(frame=frame.index, file=frame.file, turns=turns, flags=flags_to_text(flags))
+    )

@@ -1,0 +1,36 @@
+"""mm per px of a recording: given, or from what the rig tells of the picture."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tsvision.errors import InputError
+from tsvision.records import Rig, Scale
+
+UNSTATED_SCALE_SD = 0.003  # relative: what perspective alone changes along a macro view
+
+
+def resolve_scale(rig: Rig, picture: np.ndarray) -> Scale:
+    """The scale from the rig; unknown (NaN) when it tells none. Never a default.
+
+    `mm_per_px` wins. `scale_from = "length"` with two `points_px` divides `length_mm` by their
+    distance; scales from the hole distance or from a curve's length are set once the geometry is
+    found. Raises InputError for a recipe that lacks its parts.
+    """
+    camera = rig.camera
+    if np.isfinite(camera.mm_per_px):
+        sd = camera.mm_per_px_sd
+        if not np.isfinite(sd):
+            sd = UNSTATED_SCALE_SD * camera.mm_per_px
+        return Scale(camera.mm_per_px, sd, "given")
+    if camera.scale_from == "length" and camera.points_px:
+        if len(camera.points_px) < 2 or not camera.length_mm > 0:
+            raise InputError(
+                "camera.scale_from = 'length' needs length_mm > 0 and two points_px; "
+                "without points the length is taken along the found axis"
+            )
+        points = np.array(camera.points_px, dtype=float)
+        length_px = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+        scale = camera.length_mm / length_px
+        return Scale(scale, scale * max(1.0 / length_px, UNSTATED_SCALE_SD), "two points")
+    return Scale()

@@ -1,0 +1,49 @@
+"""Standard uncertainties of one frame's numbers: the fit's own part and the systematic ones.
+
+Combined in the GUM's way, as variances. The fit's covariance assumes independent residuals; edge
+residuals of neighbouring columns share a lobe, so the covariance is widened by their correlation
+length. The edge model's own error is the largest part on front-lit strands: a share of the blur,
+and of how far limb darkening and cross light pull the half level inwards.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tsvision.measures.edges import Shading
+from tsvision.measures.helix import HelixFit
+
+CORRELATION_SHARE = 0.5  # residuals stay alike over about half a strand diameter
+
+
+def _widening(fit: HelixFit) -> float:
+    return float(max(1.0, CORRELATION_SHARE * 2.0 * fit.p[0]))
+
+
+def edge_model_sd_px(shading: tuple[Shading, Shading]) -> float:
+    """Uncertainty of D from the edge model, both sides together, px."""
+    total = 0.0
+    for shade in shading:
+        a, b, c = shade.light
+        ramp = (abs(b) + abs(c)) / max(abs(a + b), 0.2)
+        total += (0.03 * shade.blur_px + 0.10 * min(ramp, 1.5)) ** 2
+    return float(np.sqrt(total))
+
+
+def diameter_sd_px(fit: HelixFit, shading: tuple[Shading, Shading]) -> float:
+    """Standard uncertainty of D in px."""
+    return float(np.hypot(fit.diameter_px_sd * np.sqrt(_widening(fit)), edge_model_sd_px(shading)))
+
+
+def pitch_sd_px(fit: HelixFit) -> float:
+    """Standard uncertainty of the pitch in px."""
+    _, covariance = fit.derived()
+    own = float(np.sqrt(max(covariance[1, 1], 0.0) * _widening(fit)))
+    return float(np.hypot(own, 0.001 * fit.pitch_px))
+
+
+def angle_sd(diameter: float, diameter_sd: float, pitch: float, pitch_sd: float) -> float:
+    """Standard uncertainty of beta in rad, from tan beta = pi D / p."""
+    tangent = np.pi * diameter / pitch
+    relative = np.hypot(diameter_sd / diameter, pitch_sd / pitch)
+    return float(tangent / (1.0 + tangent * tangent) * relative)
