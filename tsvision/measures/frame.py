@@ -338,7 +338,7 @@ def _envelope_values(
     keep = np.isfinite(envelope)
     profile = Profile(
         s_mm=s_mm[keep],
-        s_px=edges.s_px[keep],
+        s_px=edges.s_px[keep] - looks.zero_px,  # from the separator, as s_mm
         upper_px=edges.upper_px[keep],
         lower_px=edges.lower_px[keep],
         width_mm=((edges.upper_px - edges.lower_px) * scale)[keep],
