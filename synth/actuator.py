@@ -22,7 +22,8 @@ from synth.sections import make_section, widening
 from synth.settings import Settings
 from tsvision.errors import InputError
 
-GRID_MM = 0.01  # of the centre line; the budgets are integrated on it
+GRID_MM = 0.01  # along x, while the turn budget is being solved
+ARC_STEP_MM = 0.008  # along the line, of the state that is kept
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,9 @@ def solve_state(
     locked = locked_pitch_mm(settings, real)
     knots = knot_states(settings, real, amount, peak)
 
-    def build(unknown: float) -> tuple[float, float, float, np.ndarray, CentreLine]:
+    def build(
+        unknown: float, grid_mm: float = GRID_MM
+    ) -> tuple[float, float, float, np.ndarray, CentreLine]:
         pitch = locked * float(np.exp(max(-unknown, 0.0)))
         coil = max(unknown, 0.0) * real.diameter_mm
         sites = sites_mm(settings, real, pitch)
@@ -141,7 +144,7 @@ def solve_state(
         apex = min(leg_length_mm(radius, real.hole_distance_mm, pitch), real.zone_mm)
         outer = real.diameter_mm + 2.0 * float(np.hypot(*sites.T).max())
         shape = coil_shape(settings, real, knots, coil, outer, apex, amount)
-        line = centre_line(apex, real.zone_mm, shape, pitch, GRID_MM)
+        line = centre_line(apex, real.zone_mm, shape, pitch, grid_mm)
         return pitch, apex, coil, sites, line
 
     def excess(unknown: float) -> float:
@@ -159,7 +162,9 @@ def solve_state(
                 f"{excess(high) + amount:.0f} turns in {real.zone_mm:g} mm"
             )
     unknown = brentq(excess, low, high, xtol=1e-9)
-    pitch, apex, coil, sites, line = build(unknown)
+    _, apex, _, _, rough = build(unknown)
+    slant = max(float(rough.arc_mm[-1]) / max(real.zone_mm - apex, 1e-9), 1.0)
+    pitch, apex, coil, sites, line = build(unknown, ARC_STEP_MM / slant)
     radius = strand_radius_mm(sites)
     return State(
         motor_turns=turns,

@@ -54,11 +54,10 @@ def make_hardware(settings: Settings) -> Hardware:
     )
 
 
-def ray_grid(view: View, subsample: int) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and unit directions in the rig frame, (h * s, w * s, 3) float32, s subsamples."""
-    offset = (np.arange(subsample) + 0.5) / subsample - 0.5
-    cols = (np.arange(view.width)[:, None] + offset).ravel()
-    rows = (np.arange(view.height)[:, None] + offset).ravel()
+def ray_grid(view: View) -> tuple[np.ndarray, np.ndarray]:
+    """Origins and unit directions in the rig frame, (h + 1, w + 1, 3), through pixel corners."""
+    cols = np.arange(view.width + 1) - 0.5
+    rows = np.arange(view.height + 1) - 0.5
     ideal = undistort(view, np.stack(np.meshgrid(cols, rows), axis=-1))
     plane = np.zeros((*ideal.shape[:2], 3))
     plane[..., 0] = ideal[..., 0] / view.px_per_mm
@@ -73,156 +72,163 @@ def ray_grid(view: View, subsample: int) -> tuple[np.ndarray, np.ndarray]:
         origin = plane + np.array([0.0, 0.0, 50.0])
     back = view.rotation
     return (
-        np.ascontiguousarray(origin @ back + view.look_mm, np.float32),
-        np.ascontiguousarray(direction @ back, np.float32),
+        np.ascontiguousarray(origin @ back + view.look_mm),
+        np.ascontiguousarray(direction @ back),
     )
 
 
 def draw_hardware(
     settings: Settings, view: View, hardware: Hardware
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Linear RGB (h, w, 3), coverage (h, w) and nearness (h, w, camera z) of the hardware."""
+    """Linear RGB (h, w, 3), coverage (h, w) and nearness (h, w, camera z) of the hardware.
+
+    One ray a pixel; SUBSAMPLES squared where a pixel's corners see different things.
+    """
     look = settings.look
     key = np.array(look.light, float)
     key = (key / np.linalg.norm(key)) @ view.rotation  # camera frame -> rig frame
     rgb = np.zeros((view.height, view.width, 3), np.float32)
     cover = np.zeros((view.height, view.width), np.float32)
     near = np.full((view.height, view.width), -1e9, np.float32)
-    strip = max(1, 2_000_000 // (view.width * SUBSAMPLES * SUBSAMPLES))
     dim = 0.03 if look.backlight else 1.0
-    for top in range(0, view.height, strip):
-        rows = min(strip, view.height - top)
-        part = _strip_view(view, top, rows)
-        origin, direction = ray_grid(part, SUBSAMPLES)
-        _cast(
-            origin,
-            direction,
-            SUBSAMPLES,
-            np.array(
-                [
-                    hardware.zone_mm,
-                    hardware.thick_mm,
-                    hardware.half_y_mm,
-                    hardware.half_z_mm,
-                    hardware.hole_radius_mm,
-                    hardware.spigot_radius_mm,
-                    hardware.spigot_mm,
-                    hardware.body_radius_mm,
-                    hardware.body_mm,
-                ]
-            ),
-            hardware.holes_mm,
-            key,
-            np.array(look.plate_rgb) * dim,
-            np.array(look.metal_rgb) * dim,
-            look.light_strength,
-            look.ambient,
-            view.rotation[2].astype(float),
-            view.look_mm.astype(float),
-            rgb[top : top + rows],
-            cover[top : top + rows],
-            near[top : top + rows],
-        )
+    sizes = np.array(
+        [
+            hardware.zone_mm,
+            hardware.thick_mm,
+            hardware.half_y_mm,
+            hardware.half_z_mm,
+            hardware.hole_radius_mm,
+            hardware.spigot_radius_mm,
+            hardware.spigot_mm,
+            hardware.body_radius_mm,
+            hardware.body_mm,
+        ]
+    )
+    origin, direction = ray_grid(view)
+    _cast(
+        origin, direction, SUBSAMPLES, sizes, hardware.holes_mm, key,
+        np.array(look.plate_rgb) * dim, np.array(look.metal_rgb) * dim,
+        look.light_strength, look.ambient, view.rotation[2].astype(float),
+        view.look_mm.astype(float), rgb, cover, near,
+    )  # fmt: skip
     return rgb, cover, near
 
 
-def _strip_view(view: View, top: int, rows: int) -> View:
-    from dataclasses import replace
+@njit(cache=True, error_model="numpy")
+def _hit(o, w, sizes, holes, normal):
+    """Nearest surface along a ray: (kind, distance); kind 0 none, 1 plate, 2 metal, 3 hole."""
+    zone, thick, hy, hz, hole_r = sizes[0], sizes[1], sizes[2], sizes[3], sizes[4]
+    best = 1e9
+    kind = 0
+    enter, leave, axis = -1e9, 1e9, 0
+    for i in range(3):
+        low = -thick if i == 0 else (-hy if i == 1 else -hz)
+        high = 0.0 if i == 0 else (hy if i == 1 else hz)
+        if abs(w[i]) < 1e-12:
+            if o[i] < low or o[i] > high:
+                leave = -1e9
+            continue
+        t0, t1 = (low - o[i]) / w[i], (high - o[i]) / w[i]
+        if t0 > t1:
+            t0, t1 = t1, t0
+        if t0 > enter:
+            enter, axis = t0, i
+        leave = min(leave, t1)
+    if enter < leave and enter > 0.0:
+        best, kind = enter, 1
+        normal[:] = 0.0
+        normal[axis] = -1.0 if w[axis] > 0 else 1.0
+        if axis == 0:
+            for h in range(holes.shape[0]):
+                y = o[1] + enter * w[1] - holes[h, 0]
+                z = o[2] + enter * w[2] - holes[h, 1]
+                if y * y + z * z < hole_r * hole_r:
+                    kind = 3
+    for part in range(2):
+        r = sizes[5] if part == 0 else sizes[7]
+        x0 = zone if part == 0 else zone + sizes[6]
+        x1 = x0 + (sizes[6] if part == 0 else sizes[8])
+        a = w[1] * w[1] + w[2] * w[2]
+        b = o[1] * w[1] + o[2] * w[2]
+        c = o[1] * o[1] + o[2] * o[2] - r * r
+        disc = b * b - a * c
+        if a > 1e-12 and disc > 0:
+            t = (-b - np.sqrt(disc)) / a
+            x = o[0] + t * w[0]
+            if 0 < t < best and x0 <= x <= x1:
+                best, kind = t, 2
+                normal[0] = 0.0
+                normal[1] = (o[1] + t * w[1]) / r
+                normal[2] = (o[2] + t * w[2]) / r
+        if abs(w[0]) > 1e-9:
+            for end in range(2):
+                xe = x0 if end == 0 else x1
+                t = (xe - o[0]) / w[0]
+                y, z = o[1] + t * w[1], o[2] + t * w[2]
+                if 0 < t < best and y * y + z * z < r * r:
+                    best, kind = t, 2
+                    normal[:] = 0.0
+                    normal[0] = -1.0 if end == 0 else 1.0
+    code = kind
+    if kind > 0:
+        # corners that see other faces of one body must not be taken for a flat pixel
+        code = kind * 8 + int(abs(normal[0]) > 0.9) * 4 + int(abs(normal[2]) > 0.9) * 2
+        if kind == 2:
+            code = kind * 8 + int(abs(normal[0]) > 0.9) * 4
+    return kind, best, code
 
-    return replace(view, height=rows, centre_px=view.centre_px - np.array([0.0, top]))
 
-
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _cast(
     origin, direction, s, sizes, holes, key, plate, metal, strength, ambient, zaxis, look, rgb,
     cover, near,
 ):  # fmt: skip
-    zone, thick, hy, hz, hole_r = sizes[0], sizes[1], sizes[2], sizes[3], sizes[4]
     height, width = cover.shape
     normal = np.empty(3)
-    hit_normal = np.empty(3)
-    point = np.empty(3)
-    low = np.array([-thick, -hy, -hz])
-    high = np.array([0.0, hy, hz])
-    share = 1.0 / (s * s)
+    o, w, point = np.empty(3), np.empty(3), np.empty(3)
+    codes = np.empty((height + 1, width + 1), np.int64)
+    for row in range(height + 1):
+        for col in range(width + 1):
+            codes[row, col] = _hit(origin[row, col], direction[row, col], sizes, holes, normal)[2]
     for row in range(height):
         for col in range(width):
-            for sub in range(s * s):
-                o = origin[row * s + sub // s, col * s + sub % s]
-                w = direction[row * s + sub // s, col * s + sub % s]
-                best = 1e9
-                kind = 0
-                # plate: slabs
-                enter, leave, axis = -1e9, 1e9, 0
+            first = codes[row, col]
+            flat = (
+                first == codes[row, col + 1]
+                and first == codes[row + 1, col]
+                and first == codes[row + 1, col + 1]
+            )
+            if flat and first == 0:
+                continue
+            n = 1 if flat else s
+            share = 1.0 / (n * n)
+            for sub in range(n * n):
+                fy, fx = (sub // n + 0.5) / n, (sub % n + 0.5) / n
                 for i in range(3):
-                    if abs(w[i]) < 1e-12:
-                        if o[i] < low[i] or o[i] > high[i]:
-                            leave = -1e9
-                        continue
-                    t0, t1 = (low[i] - o[i]) / w[i], (high[i] - o[i]) / w[i]
-                    if t0 > t1:
-                        t0, t1 = t1, t0
-                    if t0 > enter:
-                        enter, axis = t0, i
-                    leave = min(leave, t1)
-                if enter < leave and enter > 0.0:
-                    best, kind = enter, 1
-                    hit_normal[:] = 0.0
-                    hit_normal[axis] = -1.0 if w[axis] > 0 else 1.0
-                    if axis == 0:
-                        for h in range(holes.shape[0]):
-                            y = o[1] + enter * w[1] - holes[h, 0]
-                            z = o[2] + enter * w[2] - holes[h, 1]
-                            if y * y + z * z < hole_r * hole_r:
-                                kind = 3
-                # spigot and body: capped cylinders along x
-                for part in range(2):
-                    r = sizes[5] if part == 0 else sizes[7]
-                    x0 = zone if part == 0 else zone + sizes[6]
-                    x1 = x0 + (sizes[6] if part == 0 else sizes[8])
-                    a = w[1] * w[1] + w[2] * w[2]
-                    b = o[1] * w[1] + o[2] * w[2]
-                    c = o[1] * o[1] + o[2] * o[2] - r * r
-                    disc = b * b - a * c
-                    if a > 1e-12 and disc > 0:
-                        t = (-b - np.sqrt(disc)) / a
-                        x = o[0] + t * w[0]
-                        if 0 < t < best and x0 <= x <= x1:
-                            best, kind = t, 2
-                            hit_normal[0] = 0.0
-                            hit_normal[1] = (o[1] + t * w[1]) / r
-                            hit_normal[2] = (o[2] + t * w[2]) / r
-                    if abs(w[0]) > 1e-9:
-                        for end in range(2):
-                            xe = x0 if end == 0 else x1
-                            t = (xe - o[0]) / w[0]
-                            y, z = o[1] + t * w[1], o[2] + t * w[2]
-                            if 0 < t < best and y * y + z * z < r * r:
-                                best, kind = t, 2
-                                hit_normal[:] = 0.0
-                                hit_normal[0] = -1.0 if end == 0 else 1.0
+                    o[i] = (1 - fy) * (
+                        (1 - fx) * origin[row, col, i] + fx * origin[row, col + 1, i]
+                    ) + fy * ((1 - fx) * origin[row + 1, col, i] + fx * origin[row + 1, col + 1, i])
+                    w[i] = (1 - fy) * (
+                        (1 - fx) * direction[row, col, i] + fx * direction[row, col + 1, i]
+                    ) + fy * (
+                        (1 - fx) * direction[row + 1, col, i] + fx * direction[row + 1, col + 1, i]
+                    )
+                kind, best, _ = _hit(o, w, sizes, holes, normal)
                 if kind == 0:
                     continue
                 for i in range(3):
-                    normal[i] = hit_normal[i]
                     point[i] = o[i] + best * w[i]
-                diffuse = 0.0
-                facing = 0.0
-                shine = 0.0
+                diffuse, facing, shine, size, z = 0.0, 0.0, 0.0, 0.0, 0.0
                 for i in range(3):
                     diffuse += normal[i] * key[i]
                     facing -= normal[i] * w[i]
                     shine += normal[i] * (key[i] - w[i])
-                size = 0.0
-                for i in range(3):
                     size += (key[i] - w[i]) ** 2
+                    z += (point[i] - look[i]) * zaxis[i]
                 shine = max(shine / np.sqrt(size), 0.0)
                 diffuse = max(diffuse, 0.0)
                 light = strength * diffuse + ambient * (0.6 + 0.4 * facing)
                 cover[row, col] += share
-                z = 0.0
-                for i in range(3):
-                    z += (point[i] - look[i]) * zaxis[i]
                 near[row, col] = max(near[row, col], z)
                 for ch in range(3):
                     if kind == 1:

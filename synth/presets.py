@@ -88,6 +88,7 @@ def _hard(random: np.random.Generator, look: str | None) -> tuple[Camera, Look, 
         k1=float(random.uniform(-0.04, 0.04)),
         blur_px=float(random.uniform(1.2, 1.9)),
         turning_blur_turns=0.04,
+        defocus_px_per_mm=0.5,
     )
     full = replace(
         chosen,

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True, error_model="numpy")
 def composite(
     depth,
     alpha,
@@ -28,6 +28,7 @@ def composite(
     left,
     top,
     outer_mm,
+    fibre_id,
     colours,
     key,
     key_strength,
@@ -132,7 +133,7 @@ def composite(
                 v = (row + top) / image_h - 0.5
                 lit = max(1.0 + light_dx * u + light_dy * v, 0.05)
                 weave = 1.0
-                if braid > 0.0:
+                if braid > 0.0 and strand[k] < fibre_id:
                     along = arc_mm[k] + (xi / max(cos, 0.2))
                     turn = np.arctan2(n2, n3)
                     wave = 2.0 * np.pi * along / (5.2 * hw)
@@ -140,16 +141,17 @@ def composite(
                     two = abs(np.sin(wave - 1.5 * turn))
                     weave = 1.0 - braid * (1.0 - min(one, two)) ** 4
                 edge = rim * (1.0 - max(nz, 0.0)) ** 3
-                base = strand[k] % colours.shape[0]
+                base = strand[k] % fibre_id % colours.shape[0]
                 for ch in range(channels):
                     glow = colours[base, ch] * weave * deep * lit * (key_strength * diffuse + sky)
                     glow += deep * lit * specular * shine + edge
                     colour[ch] += open_share * cover * glow
-                if open_share * cover > strongest:
+                if strand[k] < fibre_id and open_share * cover > strongest:
                     strongest = open_share * cover
                     ids[row, col] = 1 + strand[k]
                 open_share *= 1.0 - cover
-                strands *= 1.0 - cover
+                if strand[k] < fibre_id:
+                    strands *= 1.0 - cover
             covered[row, col] = 1.0 - strands
             if hard > 0.0 and strongest < 0.5 * hard:
                 ids[row, col] = 0

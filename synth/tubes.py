@@ -17,7 +17,10 @@ from numba import njit
 from synth.camera import View, project, projection_jacobian, to_camera, towards_viewer
 
 LAYERS = 4
-SAGITTA_PX = 0.012  # largest gap between a chord and the curved centre line
+LEAN_LIMIT = 0.45  # cosine of the lean beyond which a piece gets round caps
+TURN_LIMIT_RAD = 0.5
+MITRE_PX = 0.1  # neighbours overlap by this much, so that no pixel falls between them
+SAGITTA_PX = 0.03  # largest gap between a chord and the curved centre line
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,8 @@ class Pieces:
     near_mm: np.ndarray  # camera z of the middle
     section: np.ndarray
     axes: np.ndarray
-    bend: np.ndarray  # angle to the next piece, rad
+    mitre: np.ndarray  # (K, 2): tan of half the turn towards e2, at the start and the end
+    steep: np.ndarray  # (K,): turns or leans too sharply for mitres; drawn with round caps
     strand: np.ndarray
     arc_mm: np.ndarray
     outward_mm: np.ndarray  # (K, 3) offset from the bundle's centre line, camera frame
@@ -78,17 +82,31 @@ def make_pieces(view: View, tubes: list[Tube]) -> Pieces:
         keep = thin_out(tube.points_mm, view.px_per_mm)
         seen = to_camera(view, tube.points_mm[keep])
         outward = tube.outward_mm[keep] @ view.rotation.T
-        columns.append(_cut(view, tube, seen, outward, tube.in_bundle[keep]))
+        middle = to_camera(view, _means(tube.points_mm, keep))
+        columns.append(_cut(view, tube, seen, middle, outward, tube.in_bundle[keep]))
     return Pieces(*(np.ascontiguousarray(np.concatenate(c)) for c in zip(*columns, strict=True)))
 
 
+def _means(points: np.ndarray, keep: np.ndarray) -> np.ndarray:
+    """Mean place of the curve between kept points: chords through it have no bias inwards."""
+    step = np.linalg.norm(np.diff(points, axis=0), axis=1)[:, None]
+    total = np.zeros_like(points)
+    np.cumsum(0.5 * step * (points[1:] + points[:-1]), axis=0, out=total[1:])
+    arc = np.concatenate([[0.0], np.cumsum(step)])[:, None]
+    return np.diff(total[keep], axis=0) / np.diff(arc[keep], axis=0)
+
+
 def _cut(
-    view: View, tube: Tube, seen: np.ndarray, outward: np.ndarray, inside: np.ndarray
+    view: View,
+    tube: Tube,
+    seen: np.ndarray,
+    middle: np.ndarray,
+    outward: np.ndarray,
+    inside: np.ndarray,
 ) -> tuple[np.ndarray, ...]:
     step = np.diff(seen, axis=0)
     length = np.linalg.norm(step, axis=1)
     tangent = step / length[:, None]
-    middle = 0.5 * (seen[1:] + seen[:-1])
     out = 0.5 * (outward[1:] + outward[:-1])
     viewer = towards_viewer(view, middle)
     sin = (tangent * viewer).sum(axis=1)
@@ -100,8 +118,7 @@ def _cut(
     e2 = np.cross(viewer, e1)
     e3 = cos[:, None] * viewer - sin[:, None] * e1
     forward = projection_jacobian(view, middle) @ np.stack([e1, e2], axis=2)
-    bend = np.zeros(len(length))
-    bend[:-1] = np.linalg.norm(np.diff(tangent, axis=0), axis=1)
+    mitre, sharp = _mitres(e1, viewer)
     arc = np.cumsum(length) - 0.5 * length
     return (
         project(view, middle),
@@ -111,12 +128,23 @@ def _cut(
         middle[:, 2],
         _section(tube, tangent, out, e2, e3),
         np.stack([e1, e2, viewer], axis=1),
-        bend,
+        mitre,
+        sharp | (cos < LEAN_LIMIT),
         np.full(len(length), tube.strand, np.int64),
         arc,
         out,
         (inside[1:] & inside[:-1]).astype(float),
     )
+
+
+def _mitres(e1: np.ndarray, viewer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Neighbouring pieces share out the pixels at the bisector of their projected directions."""
+    turn = np.zeros(len(e1) + 1)
+    cross = (np.cross(e1[:-1], e1[1:]) * viewer[:-1]).sum(axis=1)
+    turn[1:-1] = np.arctan2(cross, (e1[:-1] * e1[1:]).sum(axis=1))
+    sharp = np.maximum(np.abs(turn[:-1]), np.abs(turn[1:])) > TURN_LIMIT_RAD
+    half = np.tan(0.5 * np.clip(turn, -TURN_LIMIT_RAD, TURN_LIMIT_RAD))
+    return np.stack([half[:-1], half[1:]], axis=1), sharp
 
 
 def _section(
@@ -143,7 +171,7 @@ def _section(
     )
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, fastmath=True, error_model="numpy", inline="always")
 def _half_plane(distance: float, nx: float, ny: float) -> float:
     """Area of a unit pixel on the inner side of an edge `distance` px outside its centre."""
     a, b = abs(nx), abs(ny)
@@ -163,7 +191,7 @@ def _half_plane(distance: float, nx: float, ny: float) -> float:
     return 0.5 - distance / a
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=True, error_model="numpy")
 def rasterise(
     mid_px,
     inverse,
@@ -172,7 +200,8 @@ def rasterise(
     near_mm,
     section,
     axes,
-    bend,
+    mitre,
+    steep,
     strand,
     left,
     top,
@@ -196,9 +225,22 @@ def rasterise(
         mm_per_px = np.hypot(c, d)
         along_px = np.hypot(a, b)
         hl = half_mm[k] * cos
+        solid = hw - 0.75 * mm_per_px
         reach_eta = hw + 0.75 * mm_per_px
-        reach_xi = hl + hw * (abs(sin) + bend[k]) + 0.75 * along_px
-        reach_xi = min(reach_xi, hl + hw + 0.75 * along_px)
+        capped = steep[k]
+        start, stop = mitre[k, 0], mitre[k, 1]
+        overlap = MITRE_PX * along_px
+        polygon, bow, curvature = 0.0, 0.0, 0.0
+        if capped:
+            reach_xi = hl + hw + 0.75 * along_px
+        else:
+            reach_xi = hl + reach_eta * max(abs(start), abs(stop)) + overlap
+            # A straight piece stands outside its arc on both sides, and the half plane misses
+            # what the outline's own curvature takes from (or adds to) a pixel: kappa / 24.
+            turn = start + stop
+            polygon = hw * turn * turn / 24.0
+            curvature = turn / max(2.0 * hl, 1e-9)
+            bow = curvature * mm_per_px * mm_per_px / 24.0
         det = a * d - b * c
         span = (abs(c) * reach_xi + abs(a) * reach_eta) / abs(det)
         x0, y0 = mid_px[k, 0] - left, mid_px[k, 1] - top
@@ -225,19 +267,28 @@ def rasterise(
                 du = col - x0
                 xi = a * du + b * dv
                 eta = c * du + d * dv
+                if not capped and (
+                    xi > hl - eta * stop + overlap or xi < -hl + eta * start - overlap
+                ):
+                    continue
                 over = abs(xi) - hl
-                if over > 0.0:
-                    far = np.hypot(over, eta)
+                if capped and over > 0.0:
+                    far = np.sqrt(over * over + eta * eta)
                     out_px = (far - hw) / mm_per_px
                     if far > 1e-12:
                         gx = (over * a * (1.0 if xi > 0 else -1.0) + eta * c) / far / mm_per_px
                         gy = (over * b * (1.0 if xi > 0 else -1.0) + eta * d) / far / mm_per_px
-                        size = np.hypot(gx, gy)
+                        size = np.sqrt(gx * gx + gy * gy)
                         cover = _half_plane(out_px / size, gx / size, gy / size)
                     else:
                         cover = 1.0
+                elif abs(eta) < solid:
+                    cover = 1.0
                 else:
-                    cover = _half_plane((abs(eta) - hw) / mm_per_px, nx, ny)
+                    edge = hw if eta > 0.0 else -hw
+                    curve = bow / max(1.0 - curvature * edge, 0.3)
+                    outside = abs(eta) - hw + polygon - (curve if eta > 0.0 else -curve)
+                    cover = _half_plane(outside / mm_per_px, nx, ny)
                     if hw < 1.5 * mm_per_px:
                         # a thin fibre: the far edge cuts the pixel too
                         cover -= _half_plane((abs(eta) + hw) / mm_per_px, nx, ny)
@@ -249,7 +300,7 @@ def rasterise(
                     along = (xi + h * sin) / cos
                 else:
                     along = 1e9 if xi + h * sin > 0 else -1e9
-                if along > half_mm[k] or along < -half_mm[k]:
+                if capped and (along > half_mm[k] or along < -half_mm[k]):
                     along = half_mm[k] if along > 0 else -half_mm[k]
                     gap = xi - along * cos
                     square = hw * hw - eta * eta - gap * gap
@@ -260,7 +311,7 @@ def rasterise(
                 _insert(depth, alpha, piece, strand, row, col, z, cover, k, near_pieces, layers)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, fastmath=True, error_model="numpy", inline="always")
 def _insert(depth, alpha, piece, strand, row, col, z, cover, k, near_pieces, layers):
     free = -1
     farthest, worst = 0, 1e18
