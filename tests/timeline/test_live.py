@@ -65,10 +65,10 @@ def test_no_decision_without_knots() -> None:
 def test_believing_costs_a_few_milliseconds_a_frame() -> None:
     live = Live(RIG)
     results = results_of(simulate(Plan(step_turns=0.5, knot_turns=())))
-    began = time.perf_counter()
+    began = time.process_time()
     for result in results:
         live.push(result)
-    assert (time.perf_counter() - began) / len(results) < 0.015
+    assert (time.process_time() - began) / len(results) < 0.015
 
 
 def write_picture(path: Path, value: int = 90) -> None:

@@ -22,7 +22,7 @@ from tsvision.timeline.onset import beginnings, onset_of
 from tsvision.timeline.order import Order, numbers, order_frames
 from tsvision.timeline.safety import largest_safe, near_misses
 from tsvision.timeline.telling import split_sightings, tell_frames
-from tsvision.timeline.tracks import Tracking, confidences, track_knots
+from tsvision.timeline.tracks import Tracking, track_knots
 from tsvision.timeline.unwinding import all_runs, ways_back
 
 
@@ -97,7 +97,7 @@ def _by_frame(
     row_of = {name: i for i, name in enumerate(frames["frame"].to_numpy())}
     against = np.full(len(frames), np.nan)
     largest = np.full(len(frames), np.nan)
-    chance, size = confidences(knots), numbers(knots, "max_diameter_mm")
+    chance, size = tracking.chance, numbers(knots, "max_diameter_mm")
     for k, name in enumerate(knots["frame"].to_numpy()):
         i = row_of.get(name)
         if i is None or tracking.artefact[k]:

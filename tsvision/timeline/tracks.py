@@ -45,12 +45,14 @@ class Track:
 @dataclass(frozen=True)
 class Tracking:
     """`number` (rows of the knot table,) track of each sighting; `tracks` one row a track;
-    `artefact` (rows,) True for what was there all along and is no knot."""
+    `artefact` (rows,) True for what was there all along and is no knot; `chance` (rows,) that a
+    sighting is a knot, its neighbours in time considered."""
 
     number: np.ndarray
     tracks: pd.DataFrame
     confirmed: np.ndarray
     artefact: np.ndarray
+    chance: np.ndarray
 
 
 def track_knots(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> Tracking:
@@ -71,10 +73,19 @@ def track_knots(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> Trac
         _start_new(live, done, pairs, rows, place, length, odds, step)
         live = _retire(live, done, {t for t, _ in pairs}, step)
     tracks = sorted(done + live, key=lambda t: t.number)
+    supported = odds.copy()
     for track in tracks:
         number[track.rows] = track.number
+        supported[track.rows] = np.minimum(odds[track.rows], _net_odds(track, order))
     table = _describe(tracks, frames, knots, order)
-    return Tracking(number, table, *_verdicts(number, table))
+    return Tracking(number, table, *_verdicts(number, table), 1 / (1 + np.exp(-supported)))
+
+
+def _net_odds(track: Track, order: Order) -> float:
+    """Log-odds of a whole track: a knot does not show once and then not again, so the frames
+    after its last sighting count against it while the winding goes on."""
+    unwinds = order.direction[track.steps[-1]] < 0
+    return track.log_odds - (0.0 if unwinds else MISS_COST * min(track.missed, GAP_FRAMES))
 
 
 def places_in_diameters(frames: pd.DataFrame, knots: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
