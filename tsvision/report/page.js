@@ -75,8 +75,8 @@ function drawSeries() {
     { kind: "line", x: X, y: S.coil, colour: "var(--series)" }, { kind: "points", x: X, y: S.coil, colour: "var(--series)" },
     { kind: "line", x: X, y: S.unevenness, colour: "var(--second)", dash: "5 3" },
     { kind: "points", x: X, y: S.unevenness, colour: "var(--second)", square: true },
-    { kind: "level", y: 0.05, label: "0.05: coiled", colour: "var(--series)", below: true },
-    { kind: "level", y: 0.08, label: "0.08: uneven", colour: "var(--second)" },
+    { kind: "level", y: 0.05, label: "", colour: "var(--series)" },
+    { kind: "level", y: 0.08, label: "", colour: "var(--second)" },
   ], [S.coil, S.unevenness, [0, 0.1]], (at) => [[X[at], S.coil[at]], [X[at], S.unevenness[at]]], 0);
   drawDisplacement();
 }
@@ -252,6 +252,7 @@ function listen() {
     box.addEventListener("change", () => {
       for (const path of byId("overlay").querySelectorAll(`.${box.dataset.shows}`)) path.style.display = box.checked ? "" : "none";
     });
+  byId("large").addEventListener("change", () => byId("overlay").classList.toggle("large", byId("large").checked));
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input, button, summary, a")) return;
     if (event.key === " ") { event.preventDefault(); play(); }
