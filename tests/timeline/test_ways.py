@@ -170,3 +170,11 @@ def test_very_short_recordings_do_not_fall_over(count: int) -> None:
     told = account(series.frames.head(count), series.knots.head(0), RIG)
     assert len(told.frames) == count
     assert told.onsets["knot_onset"].status in ("undetermined", "not_observed")
+
+
+def test_knots_that_show_and_go_again_while_winding_are_no_onset_but_are_told() -> None:
+    plan = replace(CALM, knot_turns=(30.0,), vanish_turns={0: 37.0})
+    series = simulate(plan)
+    told = account(series.frames, series.knots, RIG)
+    assert told.onsets["knot_onset"].status == "not_observed"
+    assert any("gone again" in note for note in told.notes)

@@ -20,6 +20,7 @@ from tsvision.timeline.criteria import LEVEL_OF_ONSET, Criteria
 from tsvision.timeline.cycles import onsets_by_cycle, repeatability
 from tsvision.timeline.onset import beginnings, onset_of
 from tsvision.timeline.order import Order, numbers, order_frames
+from tsvision.timeline.phases import spells
 from tsvision.timeline.safety import largest_safe, near_misses
 from tsvision.timeline.telling import split_sightings, tell_frames
 from tsvision.timeline.tracks import Tracking, track_knots
@@ -78,7 +79,7 @@ def account(
         "cycles": repeatability(by_cycle, criteria.level),
     }
     told = tell_frames(frames, tracking, histories, order, criteria)
-    notes = _notes(order, tracking)
+    notes = _notes(order, tracking) + passing(histories[3], order, onsets["knot_onset"])
     return Account(told, kept, rejected, tracking.tracks, onsets, reasons, notes, extras)
 
 
@@ -188,6 +189,20 @@ def _no_hole(onsets: dict[str, Onset]) -> tuple[Onset, str]:
         return knot, "no knot, hence none larger than the hole"
     nothing = Onset("undetermined", None, None, None, knot.last_turns, knot.level)
     return nothing, "the hole's diameter is not given (actuator.hole_diameter_mm)"
+
+
+def passing(knotted: Histories, order: Order, onset: Onset) -> tuple[str, ...]:
+    """Notes on knots that showed while winding and were gone again before the onset."""
+    notes = []
+    for first, stop, way in all_runs(order):
+        wind = order.wind[first:stop]
+        for start, end in spells(knotted.there[first:stop] > 0.5):
+            if way < 0 or end - start < 2 or end >= len(wind):
+                continue
+            if onset.turns is None or wind[end] < abs(onset.turns):
+                bounds = f"from {wind[start]:.4g} to {wind[end - 1]:.4g} turns"
+                notes.append(f"knots showed {bounds} and were gone again")
+    return tuple(notes)
 
 
 def _notes(order: Order, tracking: Tracking) -> tuple[str, ...]:

@@ -23,8 +23,10 @@ class Criteria:
     `coil_ratio`: A / D from which the bundle counts as coiled. `unevenness`: coefficient of
     variation of E(s) from which coiling counts as local. A knot rises to `knot_rise` of the
     baseline E₀ and to `knot_ratio` of D.
-    A phase has begun when it holds for `persist_frames` frames and `persist_turns` turns, or to
-    the end of the winding. `level`: probability mass of every interval.
+    A phase that appears persists when it holds for `persist_frames` frames and `persist_turns`
+    turns (or to the end) and for `persist_share` of all turns wound from there on: what shows and
+    goes again while the winding goes on was a beat of coils or a slip, no beginning.
+    `level`: probability mass of every interval.
     """
 
     coil_ratio: float = 0.05
@@ -33,6 +35,7 @@ class Criteria:
     knot_ratio: float = 1.40
     persist_frames: int = 3
     persist_turns: float = 2.0
+    persist_share: float = 0.75
     level: float = 0.95
 
 

@@ -44,11 +44,22 @@ def beginnings(
     turns_held = np.abs(order.wind[first:][last_held] - order.wind[first:][place])
     lasts = (frames_held >= criteria.persist_frames) & (turns_held >= criteria.persist_turns)
     lasts |= ends >= min(stop - first, there.shape[1])
+    lasts[:, : stop - first] &= _share_held(there[:, : stop - first], order.wind[first:stop]) >= (
+        criteria.persist_share
+    )
     enters = there & lasts
     enters[:, 1:] &= ~there[:, :-1]
     enters = enters[:, : stop - first]
     index = np.where(enters.any(axis=1), first + enters.argmax(axis=1), -1)
     return Beginning(np.where(index == first, -2, index), first, stop)
+
+
+def _share_held(there: np.ndarray, wind: np.ndarray) -> np.ndarray:
+    """(draws, n) share of the turns from each frame to the last at which the phase holds."""
+    weight = np.maximum(np.abs(np.gradient(wind)) if len(wind) > 1 else np.ones(1), 1e-6)
+    weight = weight.astype(np.float32)
+    held = np.cumsum((there * weight)[:, ::-1], axis=1)[:, ::-1]
+    return held / np.cumsum(weight[::-1])[::-1]
 
 
 def _next_absence(there: np.ndarray) -> np.ndarray:

@@ -24,14 +24,15 @@ def without_flicker(there: np.ndarray, run: np.ndarray, frames: int) -> np.ndarr
     """(n,) bool with spells shorter than `frames` taken back, unless they touch a run's end."""
     result = there.copy()
     for wanted in (False, True):
-        for start, stop in _spells(result == wanted):
+        for start, stop in spells(result == wanted):
             if start > 0 and stop < len(result) and stop - start < frames:
                 turns_back = run[start - 1] != run[min(stop, len(run) - 1)]
                 result[start:stop] = result[start:stop] if turns_back else not wanted
     return result
 
 
-def _spells(mask: np.ndarray) -> list[tuple[int, int]]:
+def spells(mask: np.ndarray) -> list[tuple[int, int]]:
+    """[first, stop) of every unbroken stretch of True in (n,) bool."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
