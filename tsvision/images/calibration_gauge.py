@@ -1,9 +1,10 @@
 """Scale, blur and shading from a gauge pin: a straight cylinder of known diameter in view.
 
 A front-lit cylinder gets darker towards its limb, so common edges lie inside the true ones. Here
-the whole cross-section is fitted: the ground, a + b √(1 − x²) + c x for a surface lit from
-everywhere, from the camera and from one side (x = −1 … 1 across), blurred by the camera. Centre,
-radius and blur are found by least squares, the levels follow linearly.
+both limbs are fitted at once: the ground, a + b max(0, √(1 − x²) cos θ + x sin θ) for a dull
+surface lit from everywhere and from one direction θ (x = −1 … 1 across), blurred by the camera.
+Centre, radius, blur and θ are found by least squares, the levels follow linearly. The middle of
+the cylinder, where a shiny one has its highlight, is left out.
 """
 
 from __future__ import annotations
@@ -22,17 +23,27 @@ from tsvision.images.linear import to_linear
 from tsvision.images.strip import Axis, cut_strip, straight_axis
 
 _FINE = 0.1  # px, grid of the model
-_BLOCK_PX = 8  # columns averaged for one cross-section
+_BLOCK_PX = 8  # columns averaged for one cross-section, at least
 _FEWEST_BLOCKS = 5
+_MOST_BLOCKS = 16
+_MODEL_FLOOR_PX = 0.03
+_MIDDLE = 0.6  # of the radius: what lies inside is not fitted
+_DIRECTIONS_RAD = (-1.0, 0.0, 1.0)
+_UNCLEAN = (
+    "gauge: fewer than 5 clean cross-sections; give --roi-px or --points around a straight piece "
+    "at least 40 px long"
+)
 
 
 @dataclass(frozen=True)
 class Section:
-    """One fitted cross-section: centre, radius and blur in px, levels, rms of the residual."""
+    """One fitted cross-section: centre, radius and blur in px, the light's direction, levels
+    (ground, its slope, light from everywhere, light from θ), rms of the residual."""
 
     centre_px: float
     radius_px: float
     blur_px: float
+    theta_rad: float
     levels: np.ndarray
     residual: float
 
@@ -69,13 +80,12 @@ def calibrate_gauge(
     }
     typical = sections[len(sections) // 2][1]
     ground = typical.levels[0]
-    light = typical.levels[2:] / (np.abs(typical.levels[2:]).sum() or 1.0)
     found = {
         "diameter_px": diameter_px,
         "blur_px": float(np.median([section.blur_px for _, section in sections])),
-        "light_everywhere": float(light[0]),
-        "light_camera": float(light[1]),
-        "light_across": float(light[2]),
+        "light_everywhere": float(typical.levels[2]),
+        "light_from_one_side": float(typical.levels[3]),
+        "light_direction_deg": float(np.degrees(typical.theta_rad)),
         "half_level_bias_px": half_level_width(strip, ground) - diameter_px,
         "sections": float(len(sections)),
     }
@@ -88,12 +98,15 @@ def fit_sections(strip: np.ndarray, radius_px: float) -> list[tuple[float, Secti
     Sections that do not fit (something crosses the pin) are left out; raises InputError when fewer
     than five are left.
     """
-    places = range(0, strip.shape[1] - _BLOCK_PX + 1, _BLOCK_PX)
+    mean = _whole(np.nanmedian(strip, axis=1))
+    first = best_section(mean, radius_px)
+    blocks = np.array_split(np.arange(strip.shape[1]), _count_blocks(strip.shape[1]))
     fitted = []
-    for start in places:
-        values = strip[:, start : start + _BLOCK_PX].mean(axis=1, dtype=float)
+    for block in blocks:
+        values = strip[:, block].mean(axis=1, dtype=float)
         if np.isfinite(values).all():
-            fitted.append((start + (_BLOCK_PX - 1) / 2, fit_section(values, radius_px)))
+            section = fit_section(values, first.radius_px, first.theta_rad, first.blur_px)
+            fitted.append((float(block.mean()), section))
     if len(fitted) >= _FEWEST_BLOCKS:
         residual = np.array([section.residual for _, section in fitted])
         radius = np.array([section.radius_px for _, section in fitted])
@@ -101,46 +114,86 @@ def fit_sections(strip: np.ndarray, radius_px: float) -> list[tuple[float, Secti
         good = (residual <= 3 * np.median(residual)) & (off <= 0.1 * np.median(radius))
         fitted = [pair for pair, keep in zip(fitted, good, strict=True) if keep]
     if len(fitted) < _FEWEST_BLOCKS:
-        raise InputError(
-            "gauge: fewer than 5 clean cross-sections; give --roi-px or --points around a straight "
-            "piece at least 40 px long"
-        )
+        raise InputError(_UNCLEAN)
     return fitted
 
 
-def fit_section(values: np.ndarray, radius_px: float, shading: bool = True) -> Section:
-    """Fit one cross-section `values` (n,); the centre is counted from the middle sample."""
+def _count_blocks(columns: int) -> int:
+    return int(np.clip(columns // _BLOCK_PX, 1, _MOST_BLOCKS))
+
+
+def _whole(values: np.ndarray) -> np.ndarray:
+    if not np.isfinite(values).all():
+        raise InputError(_UNCLEAN)
+    return values.astype(float)
+
+
+def best_section(values: np.ndarray, radius_px: float, middle: float = _MIDDLE) -> Section:
+    """The best fit over a few directions of light to start from."""
+    fits = [fit_section(values, radius_px, theta, middle=middle) for theta in _DIRECTIONS_RAD]
+    return min(fits, key=lambda section: section.residual)
+
+
+def fit_section(
+    values: np.ndarray,
+    radius_px: float,
+    theta_rad: float,
+    blur_px: float = 1.0,
+    middle: float = _MIDDLE,
+) -> Section:
+    """Fit one cross-section `values` (n,); the centre is counted from the middle sample.
+
+    `theta_rad` starts the light's direction; `middle` is the share of the radius left out.
+    """
     n = np.arange(len(values)) - (len(values) - 1) / 2
     fine = np.arange(n[0] - 4, n[-1] + 4 + _FINE / 2, _FINE)
+    centre_px, radius_px = _rough(values, n, radius_px)
+    used = np.abs(n - centre_px) > middle * radius_px
 
     def basis(parameters: np.ndarray) -> np.ndarray:
-        centre, radius, blur = parameters
-        x = (fine - centre) / radius
+        centre, radius, blur, theta = parameters
+        x = np.clip((fine - centre) / radius, -1.0, 1.0)
         # the limb falls between grid points: the share of a cell that is inside moves smoothly
         inside = np.clip(0.5 + (radius - np.abs(fine - centre)) / _FINE, 0.0, 1.0)
-        round_ = np.sqrt(np.clip(1.0 - x * x, 0.0, None))
-        shapes = [inside, inside * round_, inside * np.clip(x, -1, 1)] if shading else [inside]
+        lit = np.sqrt(1.0 - x * x) * np.cos(theta) + x * np.sin(theta)
+        shapes = [inside, inside * np.clip(lit, 0.0, None)]
         sampled = [
-            np.interp(n, fine, gaussian_filter1d(shape, abs(blur) / _FINE, mode="nearest"))
+            np.interp(n, fine, gaussian_filter1d(shape, blur / _FINE, mode="nearest"))
             for shape in shapes
         ]
-        return np.column_stack([np.ones_like(n), n / len(n), *sampled])
+        return np.column_stack([np.ones_like(n), n / len(n), *sampled])[used]
 
-    def residual(parameters: np.ndarray) -> np.ndarray:
+    def solved(parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         matrix = basis(parameters)
-        levels = np.linalg.lstsq(matrix, values, rcond=None)[0]
-        return matrix @ levels - values
+        levels = np.linalg.lstsq(matrix, values[used], rcond=None)[0]
+        return levels, matrix @ levels - values[used]
 
-    contrast = np.abs(values - np.median(np.r_[values[:3], values[-3:]]))
-    centre = float(np.sum(contrast**2 * n) / max(np.sum(contrast**2), 1e-30))
-    bounds = ([n[0], 1.0, 0.25], [n[-1], 0.75 * len(n), 6.0])
-    start = np.clip(
-        [centre, radius_px, 1.0], np.array(bounds[0]) + 0.01, np.array(bounds[1]) - 0.01
+    low = np.array([n[0], 1.0, 0.25, -1.5])
+    high = np.array([n[-1], 0.75 * len(n), 6.0, 1.5])
+    start = np.array([centre_px, radius_px, blur_px, theta_rad])
+    found = least_squares(
+        lambda parameters: solved(parameters)[1],
+        np.clip(start, low + 1e-3, high - 1e-3),
+        bounds=(low, high),
+        x_scale=[1.0, 1.0, 0.5, 0.3],
+        diff_step=1e-3,
+        max_nfev=60,
     )
-    found = least_squares(residual, start, bounds=bounds, x_scale=[1, 1, 0.5], diff_step=1e-3)
-    levels = np.linalg.lstsq(basis(found.x), values, rcond=None)[0]
-    rms = float(np.sqrt(np.mean(found.fun**2)))
-    return Section(*(float(v) for v in found.x), levels=levels, residual=rms)
+    levels, rest = solved(found.x)
+    centre_px, radius_px, blur_px, theta = (float(v) for v in found.x)
+    rms = float(np.sqrt(np.mean(rest**2)))
+    return Section(centre_px, radius_px, blur_px, theta, levels, rms)
+
+
+def _rough(values: np.ndarray, n: np.ndarray, radius_px: float) -> tuple[float, float]:
+    """Centre and radius from where the section first and last differs from its ground by a fifth
+    of its contrast; the given radius where that fails."""
+    edge = max(3, len(values) // 12)
+    ground = np.median(np.r_[values[:edge], values[-edge:]])
+    above = np.flatnonzero(np.abs(values - ground) > 0.2 * np.abs(values - ground).max())
+    if len(above) < 4 or above[0] < 2 or above[-1] > len(values) - 3:
+        return 0.0, radius_px
+    return float(0.5 * (n[above[0]] + n[above[-1]])), float(0.5 * (n[above[-1]] - n[above[0]]))
 
 
 def half_level_width(strip: np.ndarray, ground: float) -> float:
@@ -157,12 +210,13 @@ def half_level_width(strip: np.ndarray, ground: float) -> float:
 
 
 def _model_px(strip: np.ndarray, diameter_px: float) -> float:
-    """How far the diameter moves when the light is described otherwise: a third of the difference
-    to a flat, unshaded cylinder (the shading model is right to a good part, not to all)."""
-    values = np.nanmean(strip, axis=1, dtype=float)
-    flat = 2 * fit_section(values, diameter_px / 2, shading=False).radius_px
-    full = 2 * fit_section(values, diameter_px / 2).radius_px
-    return abs(flat - full) / 3.0
+    """Standard uncertainty of the diameter from the edge model: how far it moves when more or less
+    of the cylinder's middle is left out, and what even a perfect picture leaves open."""
+    values = np.nanmedian(strip, axis=1).astype(float)
+    radius = [
+        best_section(values, diameter_px / 2, middle).radius_px for middle in (0.4, _MIDDLE, 0.8)
+    ]
+    return float(np.hypot(max(radius) - min(radius), _MODEL_FLOOR_PX))
 
 
 def _given_axis(
@@ -188,7 +242,7 @@ def _find_axis(picture: np.ndarray, roi_px: tuple[int, int, int, int] | None) ->
     if count < 2:
         raise InputError("gauge: nothing stands out of the ground; give --roi-px around the pin")
     largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-    points = np.argwhere(labels == largest)[:, ::-1].astype(float) + (x0, y0)
+    points = np.argwhere(labels == largest)[:, ::-1].astype(float) + np.array([x0, y0])
     centre = points.mean(axis=0)
     values, vectors = np.linalg.eigh(np.cov((points - centre).T))
     along = (points - centre) @ vectors[:, 1]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+from scipy.optimize import least_squares
 
 from tsvision.errors import InputError
 from tsvision.images.calibration import Calibration
@@ -13,7 +13,8 @@ from tsvision.images.strip import cut_strip, straight_axis
 
 _HALF_PX = 3  # the line is averaged over 7 px across
 _FEWEST_TICKS = 6
-_CLEAR = 5.0  # how far the tick's peak must stand out of the spectrum
+_HARMONICS = 5
+_EXPLAINED = 0.5  # the least share of the line's variance that steady ticks must explain
 
 
 def from_ruler(
@@ -25,9 +26,8 @@ def from_ruler(
 ) -> Calibration:
     """Scale half-way along a line that crosses every tick of a ruler; one division is known.
 
-    The frequency comes from the phase of the ticks, fitted by a parabola along the line, so that
-    perspective does not bias the middle; its change along the line is told. Raises InputError
-    when no steady rhythm is there.
+    The ticks' frequency may change along the line, so that perspective does not bias the middle;
+    the change is told. Raises InputError when no steady rhythm is there.
     """
     profile = _profile(pixels, first_px, second_px, gamma)
     cycles_per_px = _coarse(profile)
@@ -38,7 +38,7 @@ def from_ruler(
         "division_px": 1.0 / fine,
         "change_along_percent": 100.0 * change,
     }
-    notes = ()
+    notes: tuple[str, ...] = ()
     if abs(change) > 0.01:
         notes = ("the scale changes along the ruler by more than 1 %: it is tilted to the camera",)
     return Calibration(scale, {"ticks": sd * division_mm}, "ruler", found=found, notes=notes)
@@ -50,7 +50,7 @@ def _profile(
     second_px: tuple[float, float],
     gamma: float,
 ) -> np.ndarray:
-    """Light along the line, (n,), without its slow changes."""
+    """Light along the line, (n,), from its mean."""
     axis = straight_axis(np.array(first_px, dtype=float), np.array(second_px, dtype=float))
     if not axis.length_px >= 20:
         raise InputError("ruler: the two points must lie at least 20 px apart")
@@ -59,44 +59,53 @@ def _profile(
     light = strip.values.mean(axis=0, dtype=float)
     if not np.isfinite(light).all():
         raise InputError("ruler: the line leaves the picture; choose points inside it")
-    return light - gaussian_filter1d(light, max(4.0, len(light) / 8), mode="nearest")
+    return light - light.mean()
 
 
 def _coarse(profile: np.ndarray) -> float:
-    """The ticks' frequency to about a tenth of a bin, in cycles per px."""
+    """The ticks' frequency from the spectrum's highest peak, in cycles per px."""
     count = len(profile)
     window = np.hanning(count)
     padded = 1 << int(np.ceil(np.log2(8 * count)))
-    power = np.abs(np.fft.rfft(profile * window, padded)) ** 2
+    level = np.polyval(np.polyfit(np.arange(count), profile, 3), np.arange(count))
+    power = np.abs(np.fft.rfft((profile - level) * window, padded)) ** 2
     frequency = np.fft.rfftfreq(padded)
     usable = (frequency > _FEWEST_TICKS / count) & (frequency < 0.45)
     if not usable.any():
         raise InputError("ruler: the line is too short; it must cross at least 6 ticks")
-    best = int(np.argmax(np.where(usable, power, 0.0)))
-    floor = float(np.mean(power[usable]))
-    if not power[best] > _CLEAR * floor:
-        raise InputError("ruler: no steady ticks along the line; lay it across all of them")
-    return float(frequency[best])
+    return float(frequency[int(np.argmax(np.where(usable, power, 0.0)))])
 
 
 def _refine(profile: np.ndarray, cycles_per_px: float) -> tuple[float, float, float]:
-    """Frequency in the middle, its standard uncertainty, and its relative change end to end."""
+    """Frequency in the middle, its standard uncertainty, and its relative change end to end.
+
+    Least squares of a tick's shape (its first harmonics) repeated along the line with a phase of
+    2π (f s + q s²); shape and background follow linearly.
+    """
     s = np.arange(len(profile)) - (len(profile) - 1) / 2
-    smooth_px = 1.0 / cycles_per_px
-    carrier = profile * np.exp(-2j * np.pi * cycles_per_px * s)
-    slow = gaussian_filter1d(carrier.real, smooth_px) + 1j * gaussian_filter1d(
-        carrier.imag, smooth_px
+    reach = s[-1]
+    ground = np.polynomial.legendre.legvander(s / reach, 3)
+    count = max(1, min(_HARMONICS, int(0.45 / cycles_per_px)))
+
+    def shapes(parameters: np.ndarray) -> np.ndarray:
+        cycles = parameters[0] * s + parameters[1] * s * s / reach
+        phase = 2j * np.pi * np.outer(cycles, np.arange(1, count + 1))
+        waves = np.exp(phase)
+        return np.column_stack([ground, waves.real, waves.imag])
+
+    def residual(parameters: np.ndarray) -> np.ndarray:
+        matrix = shapes(parameters)
+        return matrix @ np.linalg.lstsq(matrix, profile, rcond=None)[0] - profile
+
+    found = least_squares(
+        residual, [cycles_per_px, 0.0], x_scale=[0.1 / len(s), 0.1 / len(s)], diff_step=1e-6
     )
-    edge = int(np.ceil(2 * smooth_px))
-    inner = slice(edge, len(profile) - edge)
-    if len(profile) - 2 * edge < 3 * smooth_px:
-        raise InputError("ruler: the line is too short; it must cross at least 8 ticks")
-    cycles = np.unwrap(np.angle(slow[inner])) / (2 * np.pi)
-    fit, residual, *_ = np.polyfit(s[inner], cycles, 2, full=True)
-    rms = float(np.sqrt(residual[0] / len(cycles))) if len(residual) else 0.0
-    independent = max(2.0, (len(profile) - 2 * edge) / (3.5 * smooth_px))
-    span = len(profile) - 2 * edge
-    sd = rms * np.sqrt(12.0 / independent) / span
-    frequency = cycles_per_px + fit[1]
-    change = 2 * fit[0] * len(profile) / frequency
-    return float(frequency), float(sd), float(change)
+    spread = float(np.var(profile))
+    if not np.mean(found.fun**2) < (1 - _EXPLAINED) * spread:
+        raise InputError("ruler: no steady ticks along the line; lay it across all of them")
+    freedom = max(1, len(s) - ground.shape[1] - 2 * count - 2)
+    # neighbouring samples err together: blur and the width of ticks tie some 3 px
+    variance = 3.0 * float(found.fun @ found.fun) / freedom
+    sd = float(np.sqrt(variance * np.linalg.inv(found.jac.T @ found.jac)[0, 0]))
+    frequency = float(found.x[0])
+    return frequency, sd, 4.0 * float(found.x[1]) / frequency
