@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sys
+from dataclasses import asdict
 from typing import Annotated
 
 import typer
@@ -23,11 +25,15 @@ def command(
     hole_distance: options.HoleDistanceOption = None,
     diameter: options.DiameterOption = None,
     section: options.SectionOption = "pair_core",
+    hole_diameter: options.HoleDiameterOption = None,
     pitch: options.PitchOption = None,
+    load: options.LoadOption = None,
+    friction: Annotated[float, typer.Option("--friction", help="μ at the hole's edge.")] = 0.0,
     as_json: options.JsonOption = False,
 ) -> None:
-    """Displacement in mm (and its slope) at each turn count."""
+    """Displacement (mm), slope, and with --load the motor torque; onset and limit besides."""
     from tsvision.actuator.geometry import known_values, model_keywords
+    from tsvision.actuator.outlook import outlook
     from tsvision.models.choose import choose_model
 
     chosen = choose_model(model)
@@ -40,23 +46,46 @@ def command(
         twisting_zone_mm=zone,
         hole_distance_mm=hole_distance,
         bundle_diameter_mm=diameter,
+        hole_diameter_mm=hole_diameter,
         pitch_mm=pitch,
+        load_N=load,
     )
     at = options.numbers(turns, "--turns")
     keywords = chosen.geometry(model_keywords(geometry))
-    x = chosen.displacement_mm(at, **keywords)
-    slope = chosen.slope_mm_per_turn(at, **keywords)
+    columns = {
+        "turns": at,
+        "displacement_mm": chosen.displacement_mm(at, **keywords),
+        "slope_mm_per_turn": chosen.slope_mm_per_turn(at, **keywords),
+    }
+    if geometry.strings is not None and geometry.load_N == geometry.load_N:
+        from tsvision.actuator.statics import statics
+
+        numbers = {name: float(value) for name, value in keywords.items()}  # type: ignore[arg-type]
+        acting = statics(chosen, at, numbers, geometry.load_N, geometry.strings, friction)
+        columns["torque_winding_Nmm"] = 1000 * acting.torque_winding_Nm
+        columns["torque_unwinding_Nmm"] = 1000 * acting.torque_unwinding_Nm
+        columns["string_tension_N"] = acting.string_tension_N
+    ahead = outlook(geometry)
     if as_json:
         rows = [
-            {"turns": t, "displacement_mm": _or_none(a), "slope_mm_per_turn": _or_none(b)}
-            for t, a, b in zip(at.tolist(), x.tolist(), slope.tolist(), strict=True)
+            {name: _or_none(float(column[k])) for name, column in columns.items()}
+            for k in range(at.size)
         ]
-        answer = {"model": chosen.name, "geometry": known_values(geometry), "rows": rows}
+        answer = {
+            "model": chosen.name,
+            "geometry": known_values(geometry),
+            "rows": rows,
+            "overtwist_onset": asdict(ahead.onset) if ahead.onset else None,
+            "reversible": asdict(ahead.limit) if ahead.limit else None,
+        }
         print(json.dumps(answer, indent=2))
         return
-    print("turns,displacement_mm,slope_mm_per_turn")
-    for t, a, b in zip(at, x, slope, strict=True):
-        print(f"{t:g},{a:.4f},{b:.4f}")
+    print(",".join(columns))
+    for k in range(at.size):
+        values = [f"{column[k]:.4f}" for name, column in columns.items() if name != "turns"]
+        print(",".join([f"{at[k]:g}", *values]))
+    for line in ahead.lines:
+        print(line, file=sys.stderr)
 
 
 def _or_none(value: float) -> float | None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tsvision.data import table
 
 from tsvision.errors import InputError
 from tsvision.models import SECTIONS
+from tsvision.models.packing_fraction import paper_widening
 from tsvision.models.pair_core import smallest_circle_radius
 
 
@@ -47,3 +49,13 @@ def test_no_strings_is_an_error(name: str) -> None:
         SECTIONS[name].bundle_diameter_mm(0, 0.24)
     with pytest.raises(InputError):
         SECTIONS[name].centres(0)
+
+
+def test_packing_fraction_meets_the_caliper() -> None:
+    """0.023 mm RMSE over N = 2 to 8, inside the caliper's own scatter."""
+    data = table("diameter")
+    data = data[data["strings"] >= 2]
+    found = SECTIONS["packing_fraction"].bundle_diameter_mm(data["strings"], 0.24)
+    error = found - data["diameter_mm"].to_numpy()
+    assert np.sqrt(np.mean(error**2)) == pytest.approx(0.023, abs=0.0006)
+    assert paper_widening() == pytest.approx(1.47, abs=0.005)

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import stats
 
 from tsvision.data import table
@@ -45,12 +46,11 @@ class ReversibleLimit:
     limited_by: str  # hole | coil
 
 
-def coil_ratio(radius: float) -> float:
+def coil_ratio(radius: ArrayLike) -> np.ndarray:
     """Bundle length per zone length of the densest even coil of radius R (in units of D)."""
-    if radius <= 0:
-        return 1.0
-    pitch = float(coil_pitch(radius))
-    return float(np.hypot(pitch, 2 * np.pi * radius)) / pitch
+    wide = np.maximum(np.asarray(radius, dtype=float), 0.0)
+    pitch = np.where(wide > 0, coil_pitch(wide), 1.0)
+    return np.hypot(pitch, 2 * np.pi * wide) / pitch
 
 
 def reversible_limit(
@@ -92,7 +92,7 @@ def _coil_radius(diameter_mm: float, hole_diameter_mm: float) -> tuple[float, bo
 def _stored_mm(strings: int, zone_mm: float, radius: float) -> float:
     locked = 1 / math.sin(zero_twist_angle_rad(strings))
     # c(R) first rises; a wider hole never allows less than a narrower one.
-    ratio = max(coil_ratio(r) for r in np.linspace(0.0, radius, 51))
+    ratio = float(coil_ratio(np.linspace(0.0, radius, 51)).max())
     return zone_mm * (locked * ratio - 1)
 
 
