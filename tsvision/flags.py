@@ -1,46 +1,77 @@
 """Why a number may be bad.
 
-One list drives the code, the decoder and the documentation: a new flag is one line in `_FLAGS`.
+One list drives the code, the decoder and the documentation: a new flag is one line in `Flag` and
+one in `MEANING`, in the same order (importing this module fails when they differ).
 """
 
 from __future__ import annotations
 
-from enum import IntFlag
+from enum import IntFlag, auto
 
-_FLAGS: tuple[tuple[str, str], ...] = (
-    ("UNREADABLE", "the picture could not be decoded; nothing was measured"),
-    ("WRONG_SIZE", "the picture's size differs from the first frame's"),
-    ("BLANK", "the picture holds no contrast (blank or saturated)"),
-    ("NO_BUNDLE", "no bundle of strings was found"),
-    ("NO_SEPARATOR", "the separator was not found; s = 0 lies at the picture's edge or the apex"),
-    ("NO_APEX", "the legs' meeting point was not found or lies out of view"),
-    ("NO_SCALE", "no scale is known: mm columns are empty, px columns stand"),
-    ("NO_TURNS", "the motor turns of this frame are unknown"),
-    ("SCALE_LOCAL", "the scale varies along the view; mm values carry that uncertainty"),
-    ("STRAND_COUNT_GUESSED", "N was not given and was estimated from the picture"),
-    ("ENVELOPE_ONLY", "the helix fit did not hold; the diameter is the silhouette's envelope"),
-    ("NO_PITCH", "pitch and angles could not be measured"),
-    ("NO_HANDEDNESS", "the strands' ridges were too weak to tell S from Z"),
-    ("FEW_LOBES", "fewer than two silhouette periods were in view"),
-    ("TOO_FEW_TURNS", "the strands are hardly twisted; the helix is not defined yet"),
-    ("EDGE_POOR", "the edges were weak or disagreed with the edge model"),
-    ("AMBIGUOUS_HARMONIC", "two pitches a whole ratio apart fit alike"),
-    ("FIBRES", "loose fibres or dust beside the bundle were cut away"),
-    ("CURVED_AXIS", "the axis is curved; lengths follow the curve"),
-    ("TRACK_LOST", "the tracked region was lost and found again by a full search"),
-    ("CAMERA_MOVED", "the camera or rig moved against the frame before"),
-    ("KNOT_UNSURE", "an interval stands out but does not surely meet the knot criterion"),
-    ("CLIPPED", "the bundle leaves the picture or the region of interest"),
-    ("OVEREXPOSED", "part of the bundle is saturated"),
-)
 
-Flag = IntFlag("Flag", {name: 1 << i for i, (name, _) in enumerate(_FLAGS)})  # type: ignore[misc]
-MEANING: dict[str, str] = dict(_FLAGS)
+class Flag(IntFlag):
+    """Reasons, combined with `|`; `MEANING` tells each in words."""
+
+    UNREADABLE = auto()
+    WRONG_SIZE = auto()
+    BLANK = auto()
+    NO_BUNDLE = auto()
+    NO_SEPARATOR = auto()
+    NO_APEX = auto()
+    NO_SCALE = auto()
+    NO_TURNS = auto()
+    SCALE_LOCAL = auto()
+    STRAND_COUNT_GUESSED = auto()
+    ENVELOPE_ONLY = auto()
+    NO_PITCH = auto()
+    NO_HANDEDNESS = auto()
+    FEW_LOBES = auto()
+    TOO_FEW_TURNS = auto()
+    EDGE_POOR = auto()
+    AMBIGUOUS_HARMONIC = auto()
+    FIBRES = auto()
+    CURVED_AXIS = auto()
+    TRACK_LOST = auto()
+    CAMERA_MOVED = auto()
+    KNOT_UNSURE = auto()
+    CLIPPED = auto()
+    OVEREXPOSED = auto()
+
+
+MEANING: dict[str, str] = {
+    "UNREADABLE": "the picture could not be decoded; nothing was measured",
+    "WRONG_SIZE": "the picture's size differs from the first frame's",
+    "BLANK": "the picture holds no contrast (blank or saturated)",
+    "NO_BUNDLE": "no bundle of strings was found",
+    "NO_SEPARATOR": "the separator was not found; s = 0 lies at the picture's edge or the apex",
+    "NO_APEX": "the legs' meeting point was not found or lies out of view",
+    "NO_SCALE": "no scale is known: mm columns are empty, px columns stand",
+    "NO_TURNS": "the motor turns of this frame are unknown",
+    "SCALE_LOCAL": "the scale varies along the view; mm values carry that uncertainty",
+    "STRAND_COUNT_GUESSED": "N was not given and was estimated from the picture",
+    "ENVELOPE_ONLY": "the helix fit did not hold; the diameter is the silhouette's envelope",
+    "NO_PITCH": "pitch and angles could not be measured",
+    "NO_HANDEDNESS": "the strands' ridges were too weak to tell S from Z",
+    "FEW_LOBES": "fewer than two silhouette periods were in view",
+    "TOO_FEW_TURNS": "the strands are hardly twisted; the helix is not defined yet",
+    "EDGE_POOR": "the edges were weak or disagreed with the edge model",
+    "AMBIGUOUS_HARMONIC": "two pitches a whole ratio apart fit alike",
+    "FIBRES": "loose fibres or dust beside the bundle were cut away",
+    "CURVED_AXIS": "the axis is curved; lengths follow the curve",
+    "TRACK_LOST": "the tracked region was lost and found again by a full search",
+    "CAMERA_MOVED": "the camera or rig moved against the frame before",
+    "KNOT_UNSURE": "an interval stands out but does not surely meet the knot criterion",
+    "CLIPPED": "the bundle leaves the picture or the region of interest",
+    "OVEREXPOSED": "part of the bundle is saturated",
+}
+
+if list(MEANING) != [flag.name for flag in Flag]:
+    raise ImportError("tsvision.flags: Flag and MEANING list different names")
 
 
 def flags_to_text(flags: int) -> str:
     """Names joined by `|`, in the order of the list; empty when nothing is wrong."""
-    return "|".join(name for i, (name, _) in enumerate(_FLAGS) if int(flags) >> i & 1)
+    return "|".join(name for i, name in enumerate(MEANING) if int(flags) >> i & 1)
 
 
 def flags_from_text(text: str) -> Flag:
