@@ -19,6 +19,7 @@ from tsvision.mechanisms.shelf import Simulation
 NU = 4.0
 STEP = 1e-5
 MOST_RHO = 0.9
+RHO_SLACK = 2.0  # a misfit must not pass as correlation: at most so many sd over the prior
 T_CONSTANT = float(gammaln((NU + 1) / 2) - gammaln(NU / 2) - 0.5 * np.log(NU * np.pi))
 UNIFORM_RIDGE = 1.0  # a weak pull that keeps a flat direction finite; undone in the evidence
 MOST_STARTS = 40
@@ -367,7 +368,8 @@ def _new_rho(
     square = np.bincount(kind, trust * behind**2, many)
     worth = 1.0 / problem.rho_sd**2
     rho = (cross + worth * problem.rho_mean) / (square + worth)
-    return np.clip(rho, 0.0, MOST_RHO)
+    most = np.minimum(problem.rho_mean + RHO_SLACK * problem.rho_sd, MOST_RHO)
+    return np.clip(rho, 0.0, most)
 
 
 def _finish(

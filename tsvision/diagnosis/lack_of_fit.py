@@ -1,8 +1,9 @@
 """Is there structure left in the residuals: along turns, with load, with branch, or by run.
 
-The residuals are projected on hat functions of turns (alone, times load, times branch) and on a
-parabola per run; the noise and its AR(1) coefficient come from what even this saturated model
-leaves (REML), so that a smooth misfit cannot pass as correlated noise.
+The residuals are projected on saturated models: hat functions of turns (alone, times load, times
+branch) with a parabola per run, and a polynomial of its own for every run and branch. The noise
+and its AR(1) coefficient come from what even these leave (REML), so that a smooth misfit cannot
+pass as correlated noise.
 """
 
 from __future__ import annotations
@@ -16,12 +17,16 @@ from tsvision.diagnosis.fit import Fit
 from tsvision.diagnosis.problem import Problem
 
 RHO_GRID = np.arange(0.0, 0.91, 0.1)
-MOST_NODES = 12
+MOST_NODES = 16
+DEGREE = 3
+OUTLIER = 3.5  # studentised residual
+DISTRUSTED = 0.25  # Student-t weight: beyond about four times the noise
 PLACES = {
     "turns": "along turns, alike in all runs",
     "load": "along turns, in proportion to the load",
     "branch": "between winding and unwinding",
     "run": "from run to run",
+    "series": "within single runs, differently in each",
 }
 
 
@@ -52,15 +57,30 @@ def lack_of_fit(problem: Problem, fitted: Fit) -> LackOfFit:
     tests: list[tuple[float, str, str]] = []
     for k, name in enumerate(table.observables):
         rows = np.flatnonzero(table.observable == k)
-        blocks = _blocks(problem, rows)
         design = _own_design(fitted.jacobian[rows])
-        if not blocks or len(rows) - design.shape[1] - _width(blocks) < 4:
+        models = [
+            blocks
+            for blocks in (_common_blocks(problem, rows), _series_blocks(problem, rows))
+            if blocks and len(rows) - design.shape[1] - _width(blocks) >= 4
+        ]
+        if not models:
             continue
-        found = _Saturated(problem, fitted, rows, design, blocks)
-        rho[k], rho_sd[k] = found.rho, found.rho_sd
-        smooth[rows] = found.smooth
-        structured[name] = found.structured
-        tests += [(p, place, name) for place, p in found.tests.items()]
+        # An outlier that one model bends to may stand out in the other.
+        residual = (table.value - fitted.predicted)[rows]
+        wild = fitted.weight[rows] < DISTRUSTED
+        for blocks in models:
+            wild = _outliers(residual, np.column_stack([design, *blocks.values()]), wild)
+        found = [_Saturated(problem, residual, wild, rows, design, blocks) for blocks in models]
+        likely = found[0].likely.copy()
+        if len(found) > 1 and found[1].rho < found[0].rho:
+            # Structure that only the second sees would pass as correlation in the first.
+            likely = 0.5 * (likely + found[1].likely)
+        rho[k] = likely @ RHO_GRID
+        rho_sd[k] = np.sqrt(likely @ (RHO_GRID - rho[k]) ** 2 + 0.03**2)
+        telling = min(found, key=lambda s: min(s.tests.values(), default=1.0))
+        smooth[rows] = telling.smooth
+        structured[name] = telling.structured
+        tests += [(p, place, name) for s in found for place, p in s.tests.items()]
     if not tests:
         return LackOfFit(1.0, "", "", structured, smooth, rho, rho_sd, tested=False)
     p, place, observable = min(tests)
@@ -86,14 +106,14 @@ def hats(turns: np.ndarray, most: int) -> np.ndarray:
     return np.column_stack([np.interp(turns, nodes, unit) for unit in np.eye(len(nodes))])
 
 
-def _blocks(problem: Problem, rows: np.ndarray) -> dict[str, np.ndarray]:
+def _common_blocks(problem: Problem, rows: np.ndarray) -> dict[str, np.ndarray]:
     """Basis functions by place, as many as the rows can bear."""
     table = problem.table
     at = table.at.take(table.condition[rows])
     runs = np.unique(table.run[rows])
     several_loads = np.all(np.isfinite(at.load_N)) and np.ptp(at.load_N) > 0
     sides = 1 + several_loads + (0 < at.unwinding.sum() < len(rows))
-    room = int(len(rows) * 0.55) - 2 * len(runs) * (len(runs) > 2)
+    room = int(len(rows) * 0.6) - 2 * len(runs) * (len(runs) > 2)
     most = min(MOST_NODES, room // sides)
     if most < 3:
         return {}
@@ -111,77 +131,162 @@ def _blocks(problem: Problem, rows: np.ndarray) -> dict[str, np.ndarray]:
     return blocks
 
 
+def _series_blocks(problem: Problem, rows: np.ndarray) -> dict[str, np.ndarray]:
+    """A polynomial of turns for every run and branch of at least DEGREE + 4 rows."""
+    table = problem.table
+    at = table.at.take(table.condition[rows])
+    label = table.run[rows] * 2 + at.unwinding
+    scaled = 2.0 * at.turns / max(at.turns.max(), 1e-9) - 1.0
+    shapes = np.polynomial.legendre.legvander(scaled, DEGREE)
+    kinds = [k for k in np.unique(label) if np.sum(label == k) >= DEGREE + 4]
+    if len(kinds) < 2:
+        return {}
+    return {"series": np.hstack([shapes * (label == k)[:, None] for k in kinds])}
+
+
+class _Whitener:
+    """AR(1) whitening of one observable's rows, with their weights."""
+
+    def __init__(self, problem: Problem, rows: np.ndarray) -> None:
+        table = problem.table
+        position = np.full(table.rows + 1, -1)
+        position[rows] = np.arange(len(rows))
+        self.before = position[table.before[rows]]
+        self.first = self.before < 0
+        self.heavy = 1.0 / problem.row_scale[rows]
+
+    def __call__(self, array: np.ndarray, rho: float) -> np.ndarray:
+        back = np.where(self.first, 0.0, rho)
+        lead = np.where(self.first, np.sqrt(1 - rho**2), 1.0)
+        scaled = (array.T * self.heavy).T
+        return ((scaled.T - back * scaled[self.before].T) * lead).T
+
+
 class _Saturated:
     """One observable's residual on the fit's own design and all blocks, at the best rho."""
 
     def __init__(
         self,
         problem: Problem,
-        fitted: Fit,
+        residual: np.ndarray,
+        wild: np.ndarray,
         rows: np.ndarray,
         design: np.ndarray,
         blocks: dict[str, np.ndarray],
     ) -> None:
-        table = problem.table
-        position = np.full(table.rows + 1, -1)
-        position[rows] = np.arange(len(rows))
-        before = position[table.before[rows]]
-        first = before < 0
-        scale = problem.row_scale[rows]
-        heavy = np.sqrt(np.minimum(fitted.weight[rows], 1.0)) / scale
-        residual = (table.value - fitted.predicted)[rows]
-        everything = np.column_stack([design, *blocks.values()])
-
-        def whiten(array: np.ndarray, rho: float) -> np.ndarray:
-            back = np.where(first, 0.0, rho)
-            lead = np.where(first, np.sqrt(1 - rho**2), 1.0) * heavy
-            if array.ndim == 1:
-                return (array - back * array[before]) * lead
-            return (array - back[:, None] * array[before]) * lead[:, None]
-
-        scores = []
-        for rho in RHO_GRID:
-            basis, spread = _range(whiten(everything, rho))
-            e = whiten(residual, rho)
-            left = e - basis @ (basis.T @ e)
-            free = len(rows) - basis.shape[1]
-            # The likelihood of the error contrasts; `first` rows carry the sqrt(1 - rho²).
-            determinant = 0.5 * first.sum() * np.log(1 - rho**2)
-            scores.append(-0.5 * free * np.log(left @ left + 1e-12) + determinant - spread)
-        likely = np.exp(np.array(scores) - max(scores))
-        likely /= likely.sum()
-        self.rho = float(likely @ RHO_GRID)
-        self.rho_sd = float(np.sqrt(likely @ (RHO_GRID - self.rho) ** 2 + 0.03**2))
-        e = whiten(residual, self.rho)
-        full, _ = _range(whiten(everything, self.rho))
-        own, _ = _range(whiten(design, self.rho))
-        free = max(len(rows) - full.shape[1], 1)
-        left = e - full @ (full.T @ e)
-        self.noise2 = max(float(left @ left) / free, 1e-12)
-        self.tests = {}
-        for place, block in blocks.items():
-            fresh = whiten(block, self.rho)
-            fresh = fresh - own @ (own.T @ fresh)
-            basis, _ = _range(fresh)
-            if basis.shape[1]:
-                statistic = float(np.sum((basis.T @ e) ** 2)) / basis.shape[1] / self.noise2
-                self.tests[place] = float(fdtrc(basis.shape[1], free, statistic))
+        whiten = _Whitener(problem, rows)
         extra = np.column_stack(list(blocks.values()))
-        coefficients = np.linalg.lstsq(whiten(extra, self.rho), e, rcond=1e-8)[0]
-        self.smooth = extra @ coefficients
-        plain, _ = _range(extra / scale[:, None] * np.minimum(heavy * scale, 1)[:, None])
-        raw = residual * heavy
-        explained = float(np.sum((plain.T @ raw) ** 2)) - plain.shape[1] * self.noise2 / max(
-            1 - self.rho**2, 0.1
-        )
-        self.structured = float(np.sqrt(max(explained, 0.0) / np.sum(heavy**2)))
+        everything = np.column_stack([design, extra])
+        residual = _imputed(residual, _range(everything), wild)
+        self.likely = _rho_likelihood(whiten, residual, everything)
+        self.rho = float(self.likely @ RHO_GRID)
+        # p averaged over what is likely of rho, by three points of equal share.
+        points = [_quantile(self.likely, q) for q in (1 / 6, 1 / 2, 5 / 6)]
+        own = _range(design)
+        found = [_tests(whiten, residual, own, blocks, rho) for rho in points]
+        self.tests = {k: float(np.mean([tests[k] for tests, _ in found])) for k in blocks}
+        noise2 = float(np.mean([noise for _, noise in found]))
+        self.smooth, self.structured = _structure(whiten, residual, extra, noise2, self.rho)
 
 
-def _range(matrix: np.ndarray) -> tuple[np.ndarray, float]:
-    """An orthonormal basis of the columns' range, and half the log determinant of M'M there."""
+def _quantile(likely: np.ndarray, share: float) -> float:
+    """A quantile of the AR(1) coefficient, between the points of the grid."""
+    step = RHO_GRID[1] - RHO_GRID[0]
+    edges = np.concatenate([[0.0], np.cumsum(likely)])
+    return float(np.clip(np.interp(share, edges, (np.arange(len(edges)) - 0.5) * step), 0.0, 0.95))
+
+
+def _tests(
+    whiten: _Whitener,
+    residual: np.ndarray,
+    design: np.ndarray,
+    blocks: dict[str, np.ndarray],
+    rho: float,
+) -> tuple[dict[str, float], float]:
+    """p of an F-test for each block at one rho, and the noise variance beyond all blocks.
+
+    `design` and `blocks` are bases of full rank; together they need not be.
+    """
+    e = whiten(residual, rho)
+    own = np.linalg.qr(whiten(design, rho))[0]
+    e = e - own @ (own.T @ e)
+    fresh = {place: whiten(block, rho) for place, block in blocks.items()}
+    fresh = {place: block - own @ (own.T @ block) for place, block in fresh.items()}
+    full = _range(np.column_stack(list(fresh.values())))
+    free = max(len(e) - own.shape[1] - full.shape[1], 1)
+    left = e - full @ (full.T @ e)
+    noise2 = max(float(left @ left) / free, 1e-12)
+    found = {}
+    for place, block in fresh.items():
+        basis = full if len(fresh) == 1 else _range(block)
+        many = max(basis.shape[1], 1)
+        statistic = float(np.sum((basis.T @ e) ** 2)) / many / noise2
+        found[place] = float(fdtrc(many, free, statistic))
+    return found, noise2
+
+
+def _outliers(residual: np.ndarray, design: np.ndarray, suspect: np.ndarray) -> np.ndarray:
+    """`suspect` (n,) with those added whose studentised residual stands out."""
+    basis = _range(design)
+    leave = np.sqrt(np.maximum(1.0 - np.sum(basis**2, axis=1), 0.05))
+    wild = suspect
+    for _ in range(4):
+        kept = _imputed(residual, basis, wild)
+        off = np.abs(residual - basis @ (basis.T @ kept)) / leave
+        scale = 1.4826 * np.median(off[~wild]) + 1e-12
+        more = suspect | (off > OUTLIER * scale)
+        if more.sum() > 0.4 * len(more) or np.array_equal(more, wild):
+            break
+        wild = more
+    return wild
+
+
+def _imputed(residual: np.ndarray, basis: np.ndarray, wild: np.ndarray) -> np.ndarray:
+    """`residual` with the wild rows moved onto the least-squares fit of the others."""
+    if not wild.any() or wild.all():
+        return residual
+    coefficients = np.linalg.lstsq(basis[~wild], residual[~wild], rcond=1e-6)[0]
+    return np.where(wild, basis @ coefficients, residual)
+
+
+def _rho_likelihood(
+    whiten: _Whitener, residual: np.ndarray, everything: np.ndarray
+) -> np.ndarray:
+    """Restricted likelihood of the AR(1) coefficient on RHO_GRID, adding up to 1."""
+    scores = []
+    # One fixed basis of full rank: the determinant must not see how columns were scaled.
+    full_rank = _range((everything.T * whiten.heavy).T) if everything.shape[1] else everything
+    full_rank = (full_rank.T / whiten.heavy).T
+    for rho in RHO_GRID:
+        upper, left = np.linalg.qr(whiten(full_rank, rho))[::-1]
+        e = whiten(residual, rho)
+        left = e - left @ (left.T @ e)
+        free = len(e) - full_rank.shape[1]
+        determinant = 0.5 * whiten.first.sum() * np.log(1 - rho**2)
+        determinant -= float(np.sum(np.log(np.abs(np.diag(upper)))))
+        scores.append(-0.5 * free * np.log(left @ left + 1e-12) + determinant)
+    likely = np.exp(np.array(scores) - max(scores))
+    return likely / likely.sum()
+
+
+def _structure(
+    whiten: _Whitener, residual: np.ndarray, extra: np.ndarray, noise2: float, rho: float
+) -> tuple[np.ndarray, float]:
+    """The smooth part of the residual by row, and its rms with the noise's share taken off."""
+    e = whiten(residual, rho)
+    smooth = extra @ np.linalg.lstsq(whiten(extra, rho), e, rcond=1e-8)[0]
+    plain = _range((extra.T * whiten.heavy).T)
+    raw = residual * whiten.heavy
+    chance = plain.shape[1] * noise2 / max(1 - rho**2, 0.1)
+    explained = max(float(np.sum((plain.T @ raw) ** 2)) - chance, 0.0)
+    return smooth, float(np.sqrt(explained / np.sum(whiten.heavy**2)))
+
+
+def _range(matrix: np.ndarray) -> np.ndarray:
+    """An orthonormal basis of the columns' range."""
     if matrix.shape[1] == 0:
-        return matrix, 0.0
+        return matrix
     size = np.linalg.norm(matrix, axis=0)
-    left, values, _ = np.linalg.svd(matrix / np.where(size > 0, size, 1.0), full_matrices=False)
-    keep = values > 1e-6 * values[0]
-    return left[:, keep], float(np.sum(np.log(values[keep])))
+    size = np.where(size > 0, size, 1.0)
+    left, values, _ = np.linalg.svd(matrix / size, full_matrices=False)
+    return left[:, values > 1e-6 * values[0]]
