@@ -25,6 +25,12 @@ def command(
     ] = None,
     video: Annotated[bool, typer.Option("--video", help="Also write overlay.mp4.")] = False,
     sheet: Annotated[bool, typer.Option("--sheet", help="Also write sheet.png.")] = False,
+    viewer: Annotated[
+        bool, typer.Option("--viewer", help="Also open it in Rerun (extra `viewer`).")
+    ] = False,
+    viewer_file: Annotated[
+        bool, typer.Option("--viewer-file", help="Also write measured.rrd for Rerun.")
+    ] = False,
     out: Annotated[
         Path | None, typer.Option(help="Page over many recordings (default: overview.html).")
     ] = None,
@@ -38,20 +44,35 @@ def command(
     for folder in folders:
         found = _recording(folder, recording)
         print(write_report(folder, found, answer or _own_verdict(folder)))
-        if found is None and (video or sheet):
-            raise InputError(f"{folder}: no frames to draw on; name them with --recording")
-        if video:
-            from tsvision.report.video import write_overlay_video
-
-            print(write_overlay_video(folder, found))
-        if sheet:
-            from tsvision.report.sheet import write_sheet
-
-            print(write_sheet(folder, found))
+        _more(folder, found, video, sheet, viewer, viewer_file)
     if len(folders) > 1:
         from tsvision.report.many import write_overview
 
         print(write_overview(folders, out or Path("overview.html")))
+
+
+def _more(
+    folder: Path, found: Any, video: bool, sheet: bool, viewer: bool, viewer_file: bool
+) -> None:
+    """What is made of the frames themselves."""
+    if found is None and (video or sheet or viewer or viewer_file):
+        raise InputError(f"{folder}: no frames to draw on; name them with --recording")
+    if video:
+        from tsvision.report.video import write_overlay_video
+
+        print(write_overlay_video(folder, found))
+    if sheet:
+        from tsvision.report.sheet import write_sheet
+
+        print(write_sheet(folder, found))
+    if viewer_file:
+        from tsvision.report.viewer import write_viewer_file
+
+        print(write_viewer_file(folder, found))
+    if viewer:
+        from tsvision.report.viewer import open_viewer
+
+        open_viewer(folder, found)
 
 
 def _recording(folder: Path, given: Path | None) -> Any:

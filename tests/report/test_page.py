@@ -118,6 +118,9 @@ def test_words_for_each_kind_of_onset(fake: Fake) -> None:
     assert re.search(r"undetermined \(95\s%\sinterval 30 to 40\)", text)
     assert "the picture could not be decoded; nothing was measured" in text
     assert "4.53 mm RMSE" in text
+    assert "the pictures leave it open" in text
+    assert re.search(r"safe at least up to 37.3 turns, 18.1\smm, 22.4\s%", text)
+    assert "from &lt;b&gt;1&lt;/b&gt; to 2 turns" in text
 
 
 def test_no_pictures_no_scale_no_displacement(tmp_path: Path) -> None:

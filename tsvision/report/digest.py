@@ -55,12 +55,25 @@ def frame_card(row: FrameRow) -> list[tuple[str, str]]:
 
 
 def onset_lines(summary: dict[str, Any]) -> list[tuple[str, str, str]]:
-    """(name, sentence, status) for each onset of the summary, in the order of the phases."""
+    """(name, sentence, reason) for each onset of the summary, in the order of the phases."""
     names = [n for n in ONSET_NAMES if isinstance(summary.get(n), dict)]
+    reasons = summary.get("onset_reasons") or {}
     return [
-        (ONSET_NAMES[n], onset_sentence(n, summary[n]), str(summary[n].get("status")))
-        for n in names
+        (ONSET_NAMES[n], onset_sentence(n, summary[n]), str(reasons.get(n) or "")) for n in names
     ]
+
+
+def safe_sentence(summary: dict[str, Any]) -> str:
+    """How far one can wind before the first knot can have begun; "" where that is not told."""
+    safe = summary.get("safe") or {}
+    if safe.get("turns") is None:
+        return ""
+    parts = [f"{plain(float(safe['turns']))} turns"]
+    if safe.get("displacement_mm") is not None:
+        parts.append(f"{plain(float(safe['displacement_mm']))}\u202fmm")
+    if safe.get("contraction_percent") is not None:
+        parts.append(f"{plain(float(safe['contraction_percent']))}\u202f% contraction")
+    return f"Before that, safe at least up to {', '.join(parts)}."
 
 
 def uncertainty_lines(frames: pd.DataFrame) -> list[tuple[str, str, str, str, str, int]]:

@@ -54,6 +54,7 @@ def write_report(
         data=data,
         summary=measured.summary,
         headline=_headline(measured),
+        safe=digest.safe_sentence(measured.summary),
         onsets=digest.onset_lines(measured.summary),
         uncertainties=digest.uncertainty_lines(measured.frames),
         flags=digest.flag_lines(measured.frames),
