@@ -28,11 +28,11 @@ def detectors() -> dict[str, Detector]:
         )[:-1]
 
     found: dict[str, Detector] = {"PELT rbf, pen 10 (manual)": pelt("rbf", 10.0)}
-    for model, scale in itertools.product(("l1", "l2", "rbf", "linear"), (0.3, 1, 3, 10, 30)):
-        if model != "linear":
-            found[f"PELT {model}, pen {scale:g}"] = pelt(model, scale)
-            found[f"BottomUp {model}, pen {scale:g}"] = bottom_up(model, scale)
-    for model in ("l1", "l2", "rbf", "clinear"):
+    for model, penalty in itertools.product(("l1", "l2", "rbf"), (3, 10, 30)):
+        found[f"PELT {model}, pen {penalty}"] = pelt(model, penalty)
+    for penalty in (10, 30):
+        found[f"BottomUp l1, pen {penalty}"] = bottom_up("l1", penalty)
+    for model in ("l1", "l2"):
         found[f"Dynp {model}, one change"] = one(ruptures.Dynp, model)
         found[f"Binseg {model}, one change"] = one(ruptures.Binseg, model)
     return found

@@ -108,16 +108,21 @@ def _observed(
     low = min(float(np.quantile(drawn, tail)), float(gap_from))
     latest = order.wind[index[min(int(np.ceil((1 - tail) * len(index))), len(index) - 1)]]
     high = max(float(latest), float(order.wind[first_seen]))  # the end of its gap: the frame
-    covered = float(np.ptp(order.wind[good]))
-    inside = (order.wind > low) & (order.wind < high)
-    inside[good] = False
-    if high - low > WIDEST * covered and inside.any():
+    if _blind(order, good, low, high):
         reason = f"too many frames between {low:.4g} and {high:.4g} turns could not be measured"
         onset, _ = _undetermined(order, good, criteria, reason)
         return _signed(Onset(onset.status, None, low, high, onset.last_turns), order), reason
     last = float(order.wind[good].max())
     onset = Onset("observed", float(order.wind[first_seen]), low, high, last, criteria.level)
     return _signed(onset, order), ""
+
+
+def _blind(order: Order, good: np.ndarray, low: float, high: float) -> bool:
+    """The interval is wide, and it is so because most frames in it were not measured."""
+    wide = high - low > WIDEST * float(np.ptp(order.wind[good]))
+    inside = (order.wind > low) & (order.wind < high)
+    measured = np.isin(np.arange(len(order.wind)), good)
+    return bool(wide and np.mean(measured[inside]) < 1 - MOST_UNMEASURED) if inside.any() else False
 
 
 def _not_observed(
