@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -28,6 +29,8 @@ def command(
 
     Status: explained, ambiguous (a class that the data cannot part), unexplained, no_discrepancy.
     """
+    # Small matrices: threads only wait for each other. Has no effect once NumPy is loaded.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from tsvision.diagnosis.sources import diagnose_sources
     from tsvision.records import Rig
 

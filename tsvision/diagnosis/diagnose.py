@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tsvision.diagnosis.confounding import equivalent_sets
-from tsvision.diagnosis.fit import Fit, posterior
+from tsvision.diagnosis.fit import Fit, fit, posterior
 from tsvision.diagnosis.gain import Gain, as_it_came, held_out_gain
 from tsvision.diagnosis.lack_of_fit import PLACES, LackOfFit, lack_of_fit
 from tsvision.diagnosis.next_experiment import propose
@@ -18,7 +18,7 @@ from tsvision.diagnosis.table import Table
 from tsvision.diagnosis.units_check import check_units
 from tsvision.diagnosis.verdict import Cause, Estimate, Verdict
 from tsvision.diagnosis.words import paragraph
-from tsvision.mechanisms import MECHANISMS
+from tsvision.mechanisms import MECHANISMS, Simulation
 from tsvision.mechanisms.shelf import OBSERVABLES
 
 MISFIT_P = 1e-5  # structure in the residual that chance hardly makes
@@ -31,10 +31,11 @@ def diagnose(table: Table, base: str = "constant_radius") -> Verdict:
     """What the base model gets wrong about the table. Raises InputError on impossible units."""
     problem = prepare(table, base)
     check_units(problem)
-    problem = _with_noise_prior(problem)
+    before = lack_of_fit(problem, fit(problem, Simulation(base=base)))
+    problem = _with_noise_prior(problem, before)
     selection = select(problem)
     best = selection.chosen.best if selection.chosen else selection.base
-    before, after = lack_of_fit(problem, selection.base), lack_of_fit(problem, best)
+    after = lack_of_fit(problem, best) if selection.chosen else before
     status, explained = _status(problem, selection, before, after)
     sets, survivors = equivalent_sets(selection, table.observables, after.p > MISFIT_P)
     if status == "explained" and len(sets) > 1:
@@ -47,15 +48,11 @@ def diagnose(table: Table, base: str = "constant_radius") -> Verdict:
     )
 
 
-def _with_noise_prior(problem: Problem) -> Problem:
+def _with_noise_prior(problem: Problem, before: LackOfFit) -> Problem:
     """The AR(1) coefficient as the saturated model sees it, as every model's prior."""
-    from tsvision.diagnosis.fit import fit
-    from tsvision.mechanisms import Simulation
-
-    first = lack_of_fit(problem, fit(problem, Simulation(base=problem.base)))
-    if not first.tested:
+    if not before.tested:
         return problem
-    return replace(problem, rho_mean=first.rho, rho_sd=np.maximum(first.rho_sd, 0.05))
+    return replace(problem, rho_mean=before.rho, rho_sd=np.maximum(before.rho_sd, 0.05))
 
 
 def _status(

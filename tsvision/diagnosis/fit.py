@@ -23,6 +23,7 @@ RHO_SLACK = 2.0  # a misfit must not pass as correlation: at most so many sd ove
 T_CONSTANT = float(gammaln((NU + 1) / 2) - gammaln(NU / 2) - 0.5 * np.log(NU * np.pi))
 UNIFORM_RIDGE = 1.0  # a weak pull that keeps a flat direction finite; undone in the evidence
 MOST_STARTS = 40
+SETTLED = 5e-3  # of the log posterior, of the noise's log scale and correlation
 
 
 @dataclass(frozen=True)
@@ -244,30 +245,37 @@ def _descend(
     most_steps: int,
 ) -> Fit:
     value = problem.table.value
-    damping, settled = 1e-3, 0
+    damping = 1e-3
     noise = _Noise(problem, sigma, rho)
     rows, jacobian = _rows_and_jacobian(problem, simulation, layout, theta[None])
     innovation = noise.whiten(value - rows[0])
     for _ in range(most_steps):
-        white = noise.whiten(jacobian)
         weight = _weights(innovation)
+        white = noise.whiten(jacobian)[0]
+        heavy = white * weight[:, None]
+        normal = heavy.T @ white
         cost = _minus_log_likelihood(innovation, noise) + layout.penalty(theta)
-        step = _bounded_step(layout, theta, innovation, white, weight, damping)
+        step = _bounded_step(layout, theta, innovation, heavy, normal, damping)
         trial = layout.clip(theta + step)
         new_rows, new_jacobian = _rows_and_jacobian(problem, simulation, layout, trial[None])
         new_innovation = noise.whiten(value - new_rows[0])
         gain = cost - _minus_log_likelihood(new_innovation, noise) - layout.penalty(trial)
         if np.isfinite(gain) and gain >= 0:
-            theta, rows, jacobian = trial, new_rows, new_jacobian
+            theta, rows, jacobian, innovation = trial, new_rows, new_jacobian, new_innovation
             damping = max(damping * 0.2, 1e-9)
         else:
             damping *= 8.0
             gain = 1.0 if damping < 1e6 else 0.0
-        sigma, rho, change = _new_noise(problem, layout, theta, rows[0], jacobian, sigma, rho)
+        # The leverage changes little in a step: the old linearisation serves for the noise.
+        leverage, _ = _leverage(layout, white, heavy, normal)
+        old = sigma, rho
+        weight = _weights(innovation)
+        sigma = _new_sigma(problem, sigma, innovation, weight, leverage)
+        rho = _new_rho(problem, value - rows[0], sigma, weight)
+        change = np.max(np.abs(np.log(sigma / old[0]))) + np.max(np.abs(rho - old[1]))
         noise = _Noise(problem, sigma, rho)
         innovation = noise.whiten(value - rows[0])
-        settled = settled + 1 if gain < 1e-3 and change < 3e-3 else 0
-        if settled:
+        if gain < SETTLED and change < SETTLED:
             break
     return _finish(problem, simulation, layout, theta, rows[0], jacobian, sigma, rho)
 
@@ -276,35 +284,33 @@ def _bounded_step(
     layout: _Layout,
     theta: np.ndarray,
     innovation: np.ndarray,
-    white: np.ndarray,
-    weight: np.ndarray,
+    heavy: np.ndarray,
+    normal: np.ndarray,
     damping: float,
 ) -> np.ndarray:
     """A step that holds those parameters still that would leave their bounds."""
-    heavy = white[0] * weight[:, None]
-    normal = heavy.T @ white[0]
     slope = heavy.T @ innovation - layout.ridge * (theta - layout.centre)
     index = np.arange(layout.total)
-    normal[index, index] = normal[index, index] * (1.0 + damping) + layout.ridge
+    damped = normal.copy()
+    damped[index, index] = damped[index, index] * (1.0 + damping) + layout.ridge
     held = ((theta <= layout.low) & (slope < 0)) | ((theta >= layout.high) & (slope > 0))
     if not held.any():
-        return np.linalg.solve(normal, slope)
+        return np.linalg.solve(damped, slope)
     free = np.flatnonzero(~held)
     step = np.zeros(layout.total)
-    step[free] = np.linalg.solve(normal[np.ix_(free, free)], slope[free])
+    step[free] = np.linalg.solve(damped[np.ix_(free, free)], slope[free])
     return step
 
 
 def _leverage(
-    layout: _Layout, white: np.ndarray, weight: np.ndarray
+    layout: _Layout, white: np.ndarray, heavy: np.ndarray, normal: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Share of each row's information that the parameters took (n,), and the covariance."""
-    heavy = white * weight[:, None]
-    precision = heavy.T @ white
     index = np.arange(layout.total)
+    precision = normal.copy()
     precision[index, index] += layout.ridge
     covariance = np.linalg.inv(precision)
-    return np.einsum("np,np->n", heavy @ covariance, white), covariance
+    return np.sum((heavy @ covariance) * white, axis=1), covariance
 
 
 def _new_sigma(
@@ -330,26 +336,6 @@ def _new_sigma(
         log = log - np.clip(slope / (2.0 * ratio + worth), -1.0, 1.0)
     fresh = np.exp(log)
     return np.maximum(fresh, _floor(problem))
-
-
-def _new_noise(
-    problem: Problem,
-    layout: _Layout,
-    theta: np.ndarray,
-    rows: np.ndarray,
-    jacobian: np.ndarray,
-    sigma: np.ndarray,
-    rho: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, float]:
-    noise = _Noise(problem, sigma, rho)
-    residual = problem.table.value - rows
-    innovation = noise.whiten(residual)
-    weight = _weights(innovation)
-    leverage, _ = _leverage(layout, noise.whiten(jacobian)[0], weight)
-    fresh = _new_sigma(problem, sigma, innovation, weight, leverage)
-    new_rho = _new_rho(problem, residual, fresh, weight)
-    change = float(np.max(np.abs(np.log(fresh / sigma))) + np.max(np.abs(new_rho - rho)))
-    return fresh, new_rho, change
 
 
 def _new_rho(
@@ -386,7 +372,8 @@ def _finish(
     innovation = noise.whiten(problem.table.value - rows)
     weight = _weights(innovation)
     white = noise.whiten(jacobian)[0]
-    leverage, covariance = _leverage(layout, white, weight)
+    heavy = white * weight[:, None]
+    leverage, covariance = _leverage(layout, white, heavy, heavy.T @ white)
     log_evidence = (
         -float(_minus_log_likelihood(innovation, noise))
         - _prior_cost(layout, theta)

@@ -283,10 +283,11 @@ def _structure(
 
 
 def _range(matrix: np.ndarray) -> np.ndarray:
-    """An orthonormal basis of the columns' range."""
+    """An orthonormal basis of the columns' range (by the Gram matrix: many rows, few columns)."""
     if matrix.shape[1] == 0:
         return matrix
     size = np.linalg.norm(matrix, axis=0)
-    size = np.where(size > 0, size, 1.0)
-    left, values, _ = np.linalg.svd(matrix / size, full_matrices=False)
-    return left[:, values > 1e-6 * values[0]]
+    unit = matrix / np.where(size > 0, size, 1.0)
+    values, vectors = np.linalg.eigh(unit.T @ unit)
+    keep = values > 1e-9 * values[-1]
+    return np.linalg.qr(unit @ vectors[:, keep])[0]
