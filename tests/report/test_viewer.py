@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tests.report.fake_measurement import fake_frame, write_fake
@@ -66,6 +67,9 @@ def test_every_frame_is_on_the_timelines(tmp_path: Path) -> None:
     done = subprocess.run(
         command, capture_output=True, text=True, timeout=120, check=True, env=environment
     )
-    assert "num_rows_max = 7" in done.stdout
+    table = pd.read_parquet(made.measure_dir / "frames.parquet")
+    scalars = table[[column for column, _ in viewer._SCALARS.values()]].notna().to_numpy().sum()
+    # 6 pictures, 7 frames of 5 kinds of lines and the strands, the scalars, the file's own line
+    assert f"num_rows = {6 + 7 * 5 + 7 + scalars + 1}\n" in done.stdout
     for entity in ("/picture/edges", "/picture/knots", "/strands", "/measured/diameter"):
         assert f"{entity}:" in done.stdout
