@@ -167,6 +167,10 @@ def _check_together(values: dict[str, BaseModel], path: Path | None) -> None:
         "charuco": ("camera.board", camera.board),
         "ruler": ("camera.length_mm (one division)", camera.length_mm),
     }
+    if camera.scale_from == "ruler" and camera.points_px is None:
+        raise InputError(
+            f'{where}: camera.scale_from = "ruler" needs camera.points_px, a line across its ticks'
+        )
     key, value = needed.get(camera.scale_from or "", ("", True))
     if value is None:
         raise InputError(f'{where}: camera.scale_from = "{camera.scale_from}" needs {key}; add it')

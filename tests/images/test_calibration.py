@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 from scipy.interpolate import RectBivariateSpline
 from scipy.ndimage import gaussian_filter
 
+from cli.main import run
 from tsvision.errors import InputError
 from tsvision.images.calibration import from_points, moved_in_depth
 from tsvision.images.calibration_charuco import (
@@ -22,6 +24,9 @@ from tsvision.images.calibration_charuco import (
 )
 from tsvision.images.calibration_gauge import calibrate_gauge
 from tsvision.images.calibration_ruler import from_ruler
+from tsvision.images.frames import iter_frames, open_recording
+from tsvision.records import Camera, Rig
+from tsvision.rig import load_rig
 
 SPEC = "7x5 square=5 marker=3.7 dict=DICT_4X4_50"
 BOARD = Board(7, 5, 5.0, 3.7, "DICT_4X4_50")
@@ -338,8 +343,106 @@ def test_no_gauge_is_said() -> None:
         calibrate_gauge(noise, 1.0, roi_px=(290, 190, 500, 500))
 
 
-def test_pictures_stay_as_they_are(tmp_path: Path) -> None:
+def test_pictures_stay_as_they_are() -> None:
     picture = pin("back-lit", 0.7, 40.0, 1.0, 0.0)
     before = picture.copy()
     calibrate_gauge(picture, 1.0)
     assert np.array_equal(picture, before)
+
+
+# ------------------------------------------------------------------ inside a recording
+
+
+def test_scale_from_a_ruler_in_the_frames(tmp_path: Path) -> None:
+    write_png(tmp_path / "f0.png", np.full((400, 640), 90, np.uint8))
+    write_png(tmp_path / "f1.png", ruler(18.37, 0.0))
+    (first, second) = line(0.0, 260)
+    camera = Camera(scale_from="ruler", length_mm=1.0, points_px=(first, second))
+    recording = open_recording(tmp_path, Rig(camera=camera))
+    assert recording.rig.camera.mm_per_px == pytest.approx(1 / 18.37, rel=1e-3)
+    assert recording.rig.camera.mm_per_px_sd > 0
+    assert recording.rig.source["camera.mm_per_px"] == "ruler in frame 1"
+    assert any("ruler in frame 1" in note for note in recording.notes)
+    with pytest.raises(InputError, match="no board was seen"):
+        board = Camera(scale_from="charuco", board=SPEC)
+        open_recording(str(tmp_path / "f*.png"), Rig(camera=board))
+
+
+def test_frames_come_undistorted_where_the_lens_is_known(tmp_path: Path) -> None:
+    y, x = np.mgrid[0:360, 0:480].astype(float)
+    lens = (900.0, 900.0, 240.0, 180.0, -0.3, 0.0, 0.0, 0.0, 0.0)
+    nx, ny = (x - 240) / 900, (y - 180) / 900  # a bar that is straight at y = 40 without the lens
+    straight_y = 180 + 900 * ny / (1 - 0.3 * (nx**2 + ny**2))
+    write_png(tmp_path / "f.png", (255 * np.exp(-((straight_y - 40) ** 2) / 8)).astype(np.uint8))
+
+    def bend(rig: Rig) -> float:
+        (frame,) = iter_frames(open_recording(tmp_path, rig))
+        assert frame.pixels is not None
+        columns = frame.pixels[:120, 20:460].astype(float)
+        centre = (columns * np.arange(120)[:, None]).sum(0) / columns.sum(0)
+        return float(np.ptp(centre))
+
+    assert bend(Rig()) > 2.0
+    assert bend(Rig(camera=Camera(lens=lens))) < 0.25
+
+
+def write_png(path: Path, pixels: np.ndarray) -> None:
+    assert cv2.imwrite(str(path), pixels)
+
+
+# ------------------------------------------------------------------ the command
+
+
+def test_the_command_writes_into_a_rig_and_keeps_the_rest(tmp_path: Path, capsys) -> None:
+    write_png(tmp_path / "p.png", pin("back-lit", 0.7, 40.0, 1.0, 0.0))
+    rig = tmp_path / "rig.toml"
+    rig.write_text(
+        "# mine\n[actuator]\nhole_distance_mm = 5 # measured\n[camera]\n"
+        'scale_from = "hole_distance"\n# gamma = 2.2\n[view]\nseparator_side = "left"\n'
+    )
+    command = ["calibrate", "gauge", str(tmp_path / "p.png"), "--diameter-mm", "2"]
+    assert run([*command, "--json", "--write", str(rig)]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["mm_per_px"] == pytest.approx(2 / 40, rel=2e-3)
+    assert set(told["parts"]) == {"noise", "edge model", "gauge"}
+    read = load_rig(rig)
+    assert read.camera.mm_per_px == pytest.approx(told["mm_per_px"], rel=1e-6)
+    assert read.camera.scale_from is None
+    assert read.view.separator_side == "left"
+    for kept in ("# mine", "hole_distance_mm = 5 # measured", "# gamma = 2.2"):
+        assert kept in rig.read_text()
+    assert run([*command, "--write", str(tmp_path / "new.toml")]) == 0
+    assert load_rig(tmp_path / "new.toml").camera.mm_per_px == pytest.approx(0.05, rel=2e-3)
+
+
+def test_a_broken_rig_is_not_overwritten(tmp_path: Path, capsys) -> None:
+    rig = tmp_path / "rig.toml"
+    rig.write_text("[camera\n")
+    command = ["calibrate", "points", "--points", "0,0 3,4", "--length-mm", "1"]
+    assert run([*command, "--write", str(rig)]) == 2
+    assert "no valid TOML" in capsys.readouterr().err
+    assert rig.read_text() == "[camera\n"
+    assert [p.name for p in tmp_path.iterdir()] == ["rig.toml"]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["points", "--points", "1,2 3", "--length-mm", "1"],
+        ["points", "--points", "1,2 1,2", "--length-mm", "1"],
+        ["points", "--points", "1,2 nan,2", "--length-mm", "1"],
+        ["points", "--points", "1,2 3,2", "--length-mm", "0"],
+        ["points", "--points", "1,2 3,2", "--length-mm", "1", "--nearer-mm", "1"],
+        ["ruler", "gone.png", "--points", "1,2 3,2"],
+        ["ruler", "gone.png", "--points", "1,2 300,2", "--division-mm", "0"],
+        ["gauge", "gone.png", "--diameter-mm", "1"],
+        ["gauge", "gone.png", "--diameter-mm", "-1"],
+        ["charuco", "gone.png", "--board", SPEC],
+        ["charuco", "gone.png", "--board", "nonsense"],
+    ],
+)
+def test_bad_words_end_in_one_line(arguments: list[str], capsys) -> None:
+    assert run(["calibrate", *arguments]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.startswith("tsvision calibrate: ") and told.err.count("\n") == 1

@@ -14,6 +14,7 @@ from tsvision.images.strip import cut_strip, straight_axis
 _HALF_PX = 3  # the line is averaged over 7 px across
 _FEWEST_TICKS = 6
 _HARMONICS = 5
+_NO_TICKS = "ruler: no steady ticks along the line; lay it across all of them"
 _EXPLAINED = 0.5  # the least share of the line's variance that steady ticks must explain
 
 
@@ -73,7 +74,10 @@ def _coarse(profile: np.ndarray) -> float:
     usable = (frequency > _FEWEST_TICKS / count) & (frequency < 0.45)
     if not usable.any():
         raise InputError("ruler: the line is too short; it must cross at least 6 ticks")
-    return float(frequency[int(np.argmax(np.where(usable, power, 0.0)))])
+    best = int(np.argmax(np.where(usable, power, 0.0)))
+    if not usable[best]:  # nothing but one grey along the line
+        raise InputError(_NO_TICKS)
+    return float(frequency[best])
 
 
 def _refine(profile: np.ndarray, cycles_per_px: float) -> tuple[float, float, float]:
@@ -102,7 +106,7 @@ def _refine(profile: np.ndarray, cycles_per_px: float) -> tuple[float, float, fl
     )
     spread = float(np.var(profile))
     if not np.mean(found.fun**2) < (1 - _EXPLAINED) * spread:
-        raise InputError("ruler: no steady ticks along the line; lay it across all of them")
+        raise InputError(_NO_TICKS)
     freedom = max(1, len(s) - ground.shape[1] - 2 * count - 2)
     # neighbouring samples err together: blur and the width of ticks tie some 3 px
     variance = 3.0 * float(found.fun @ found.fun) / freedom

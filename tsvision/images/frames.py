@@ -6,6 +6,7 @@ time, in order. A picture that cannot be decoded keeps its place with `pixels=No
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -28,7 +29,9 @@ def open_recording(
     turns_per_frame: float | None = None,
     turns_from_name: str | None = None,
 ) -> Recording:
-    """Find the frames of `source` and the motor turns of each; no picture is decoded here.
+    """Find the frames of `source` and the motor turns of each.
+
+    No picture is decoded here, unless the scale is to be taken from a board or a ruler in them.
 
     Turns come from `turns_file`, else a `turns.csv` beside the frames; `turns_per_frame` (turns
     are that times the frame's number) or `turns_from_name` (a regular expression with one group)
@@ -52,7 +55,7 @@ def open_recording(
     )
     if time_s is not None and not np.isfinite(columns.time_s).any():
         columns = replace(columns, time_s=time_s)
-    return Recording(
+    recording = Recording(
         source=found.source,
         kind=found.kind,
         files=files,
@@ -64,6 +67,11 @@ def open_recording(
         rig=rig,
         notes=found.notes + columns.notes,
     )
+    if rig.camera.scale_from in ("charuco", "ruler") and math.isnan(rig.camera.mm_per_px):
+        from tsvision.images.calibration_recording import with_scale_from_pictures
+
+        return with_scale_from_pictures(recording, iter_frames(recording, ahead=0))
+    return recording
 
 
 def iter_frames(
@@ -79,7 +87,8 @@ def iter_frames(
 
     `color=False` gives luma only (the Y plane of a video, taken as it is, which is the fastest).
     `ahead` frames are decoded in advance in a thread (0: none); `threads` is the video decoder's
-    own number of threads (0: its choice). Undecodable frames come with `pixels=None`.
+    own number of threads (0: its choice). Undecodable frames come with `pixels=None`. Where the
+    rig knows the lens, frames come undistorted.
     """
     total = len(recording.files)
     stop = total if stop is None else min(stop, total)
@@ -88,8 +97,14 @@ def iter_frames(
 
     def make() -> Iterator[Frame]:
         if recording.kind == "video":
-            return iter_video(recording.source, recording.files, start, stop, color, threads)
-        return _iter_pictures(recording, start, stop, color)
+            found = iter_video(recording.source, recording.files, start, stop, color, threads)
+        else:
+            found = _iter_pictures(recording, start, stop, color)
+        if not recording.rig.camera.lens:
+            return found
+        from tsvision.images.calibration_recording import undistorted  # scipy loads slowly
+
+        return undistorted(found, recording.rig.camera.lens)
 
     yield from decode_ahead(make, ahead)
 

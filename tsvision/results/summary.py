@@ -73,7 +73,7 @@ def typical(frames: pd.DataFrame, column: str) -> dict[str, Any]:
 
 def typical_angle_deg(frames: pd.DataFrame) -> dict[str, Any]:
     """The angle beside the separator, once the bundle is laid: frames from overtwist on; where
-    there are fewer than three of them, the three with the most turns."""
+    there are fewer than three of them, the one with the most turns (before, it still grows)."""
     angle = np.degrees(frames["helix_angle_rad"].to_numpy(float))
     sd = np.degrees(frames["helix_angle_rad_sd"].to_numpy(float))
     laid = frames["phase"].astype(str).str.replace("_", " ").isin(_TWISTED).to_numpy()
@@ -83,8 +83,8 @@ def typical_angle_deg(frames: pd.DataFrame) -> dict[str, Any]:
     turns = np.where(np.isfinite(angle), np.abs(frames["turns"].to_numpy(float)), np.nan)
     if not np.isfinite(turns).any():
         return _typical(angle, sd, "all frames")
-    most = np.argsort(np.where(np.isnan(turns), -1.0, turns))[-_FEW:]
-    return _typical(angle[most], sd[most], "the frames with the most turns")
+    most = [int(np.nanargmax(turns))]
+    return _typical(angle[most], sd[most], "the frame with the most turns")
 
 
 def _typical(value: np.ndarray, sd: np.ndarray, over: str) -> dict[str, Any]:
