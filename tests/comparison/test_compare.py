@@ -101,7 +101,12 @@ def test_pitch_is_taken_past_the_twist_phase_only() -> None:
 
 
 def test_a_given_rig_wins_over_the_recorded_one() -> None:
-    recorded = {"strings": {"count": 6, "diameter_mm": 0.2}, "actuator": {"twisting_zone_mm": 9.0}}
+    recorded = {
+        "strings.count": 6,
+        "strings.diameter_mm": 0.2,
+        "actuator.twisting_zone_mm": 9.0,
+        "actuator.load_N": None,
+    }
     rig = rig_of_summary({"rig": recorded}, Rig(strings=Strings(count=2)))
     assert rig.strings.count == 2
     assert rig.strings.diameter_mm == 0.2 and rig.actuator.twisting_zone_mm == 9.0

@@ -35,17 +35,18 @@ def rig_of_summary(summary: dict[str, Any], given: Rig) -> Rig:
     recorded = summary.get("rig", {})
     return replace(
         given,
-        strings=_filled(given.strings, recorded.get("strings", {}), Strings),
-        actuator=_filled(given.actuator, recorded.get("actuator", {}), Actuator),
+        strings=_filled(given.strings, recorded, "strings", Strings),
+        actuator=_filled(given.actuator, recorded, "actuator", Actuator),
     )
 
 
-def _filled(given: Any, recorded: dict[str, Any], noun: type) -> Any:
+def _filled(given: Any, recorded: dict[str, Any], section: str, noun: type) -> Any:
+    """`given` with what it lacks taken from the summary's keys such as `strings.count`."""
     values = {}
     for item in fields(noun):
         value = getattr(given, item.name)
         unknown = value is None or (isinstance(value, float) and math.isnan(value))
-        if unknown and recorded.get(item.name) is not None:
-            value = recorded[item.name]
+        if unknown and recorded.get(f"{section}.{item.name}") is not None:
+            value = recorded[f"{section}.{item.name}"]
         values[item.name] = value
     return noun(**values)
