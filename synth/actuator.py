@@ -72,7 +72,9 @@ def sites_mm(settings: Settings, real: Effective, pitch_mm: float) -> np.ndarray
     strings = settings.strings
     d = real.diameter_mm
     section = make_section(strings.section, strings.count)
-    return section.sites * d * widening(strings.section, strings.count, pitch_mm, d) * real.widen
+    flat = 1.0 - settings.hidden.flattening
+    opened = widening(strings.section, strings.count, pitch_mm, d)
+    return section.sites * d * flat * opened * real.widen
 
 
 def locked_pitch_mm(settings: Settings, real: Effective) -> float:
@@ -178,7 +180,8 @@ def solve_state(
         coil_radius_mm=coil,
         leg_turns=leg_angle_rad(radius, real.hole_distance_mm) / (2.0 * np.pi),
         sites_mm=sites,
-        diameter_mm=real.diameter_mm + 2.0 * float(np.hypot(*sites.T).max()),
+        diameter_mm=real.diameter_mm * (1.0 - settings.hidden.flattening)
+        + 2.0 * float(np.hypot(*sites.T).max()),
         line=line,
         knots=knots,
         real=real,

@@ -9,6 +9,7 @@ import numpy as np
 from synth.actuator import State, solve_state
 from synth.render import Drawing, Scene, draw
 from synth.settings import Settings
+from synth.strands import StrandPath
 
 SUB_EXPOSURES = 5
 ROW_BANDS = 12
@@ -23,13 +24,15 @@ def _moved(settings: Settings, state: State, by_turns: float) -> State:
     return solve_state(settings, turns, wound, peak)
 
 
-def take(settings: Settings, scene: Scene, state: State, index: int) -> Drawing:
+def take(
+    settings: Settings, scene: Scene, state: State, paths: list[StrandPath] | None = None
+) -> Drawing:
     """The frame in linear light with turning blur and rolling shutter where asked for.
 
     The id map and coverage are those of the exposure's middle.
     """
     camera = settings.camera
-    still = draw(settings, scene, state)
+    still = draw(settings, scene, state, paths)
     if camera.turning_blur_turns <= 0.0 and camera.rolling_turns == 0.0:
         return still
     linear = still.linear

@@ -16,6 +16,7 @@ from synth.actuator import State
 from synth.exposure import take
 from synth.render import Scene, shoot
 from synth.settings import Settings
+from synth.strands import StrandPath
 
 FRAMES_PER_SECOND = 25
 
@@ -30,9 +31,9 @@ class FrameWriter:
     with_ids: bool
     video: tuple[Any, Any] | None
 
-    def write(self, state: State, index: int) -> str:
+    def write(self, state: State, paths: list[StrandPath], index: int) -> str:
         """Draw, expose and store one frame; returns its file name."""
-        drawing = take(self.settings, self.scene, state, index)
+        drawing = take(self.settings, self.scene, state, paths)
         picture = shoot(self.settings, self.scene, drawing, index)
         if self.with_ids:
             _save(self.folder / "truth_ids" / f"frame_{index:05d}.png", drawing.ids, [])

@@ -14,6 +14,7 @@ import numpy as np
 
 from synth.centre_line import CoilShape
 from synth.effects import Effective
+from synth.sections import section_diameter_mm
 from synth.settings import Settings
 
 
@@ -55,7 +56,8 @@ def knot_states(
     assert law.knot_turns is not None and law.knot_interval_turns is not None
     assert law.knot_growth_turns is not None
     places, drift, _ = _places(settings.seed, law.knot_count, law.stuck_knot)
-    onset_pitch_zone = real.zone_mm
+    strings = settings.strings
+    outer = section_diameter_mm(strings.section, strings.count, real.diameter_mm)
     found = []
     for number in range(law.knot_count):
         born = law.knot_turns + number * law.knot_interval_turns
@@ -66,8 +68,7 @@ def knot_states(
         if amount < 0.5 * born:
             growth *= max(amount / (0.5 * born), 0.0)
         moved = drift[number] * law.drift_mm_per_turn * age
-        outer = real.diameter_mm * 2.0
-        centre = places[number] * onset_pitch_zone + moved
+        centre = places[number] * real.zone_mm + moved
         half = 0.5 * law.knot_length_D * outer * (0.7 + 0.3 * growth)
         found.append(KnotState(number, float(centre), float(half), float(growth), float(born)))
     return tuple(found)
@@ -102,12 +103,13 @@ def coil_shape(
     uneven = law.local_depth * _smooth((amount - law.local_turns) / (0.25 * law.overtwist_turns))
     start, stop = apex_mm, real.zone_mm
     length = max(stop - start, 1e-6)
+    spread = 0.012 + 0.3 * outer_mm / length  # of a dip, in shares of the bundle
 
     def shape(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         share = (x - start) / length
         dip = np.zeros_like(x)
         for place in dips:
-            dip = np.maximum(dip, np.exp(-0.5 * ((share - place) / 0.019) ** 2))
+            dip = np.maximum(dip, np.exp(-0.5 * ((share - place) / spread) ** 2))
         base = coil_mm * (1.0 - uneven * dip)
         extra = np.zeros_like(x)
         tight = np.zeros_like(x)

@@ -19,13 +19,13 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from synth.actuator import solve_state, state_at
+from synth.actuator import state_at
 from synth.effects import stated_zone_mm
 from synth.frames import open_frames
 from synth.phases import onset
 from synth.render import Scene, make_scene
 from synth.settings import Settings
-from synth.strands import hole_diameter_mm
+from synth.strands import hole_diameter_mm, strand_paths
 from synth.truth import FrameTruth, frame_truth, hardware_truth, scale_at
 from synth.validate import check
 from tsvision.errors import InputError
@@ -76,8 +76,9 @@ def _write_all(folder: Path, settings: Settings, progress: Progress | None, with
     with open_frames(folder, settings, scene, with_ids) as frames:
         for index in range(total):
             state = state_at(settings, index)
-            name = frames.write(state, index)
-            truth = frame_truth(settings, scene.view, state, index)
+            paths = strand_paths(settings, state)
+            name = frames.write(state, paths, index)
+            truth = frame_truth(settings, scene.view, state, index, paths)
             rows.append({**truth.row, "file": name})
             knots.append(truth.knots)
             table = _profile_table(truth, index)
@@ -184,7 +185,9 @@ CONVENTIONS = {
     "zone's straight axis within one silhouette period",
     "coil_amplitude_mm": "rms distance of the bundle's centre line from the zone's axis over the "
     "twisted part (for a uniform coil: its radius)",
-    "diameter_mm": "smallest cylinder about the bundle's own centre line",
+    "diameter_mm": "smallest cylinder about the bundle's own centre line over the first pitch "
+    "after the apex; diameter_laid_mm is the section as laid, before contact in a coil widens it; "
+    "diameter_near_largest_mm holds the whole near-separator region",
     "pitch_mm": "along the bundle's own centre line",
     "displacement_mm": "as recorded (law and planted effects); scene_displacement_mm = mean strand "
     "length in the zone - L is what the picture holds",
@@ -247,6 +250,3 @@ def _plain(value: object) -> object:
     if isinstance(value, np.generic):
         return value.item()
     raise TypeError(f"{type(value)} is not JSON")
-
-
-__all__ = ["Settings", "solve_state", "write_recording"]

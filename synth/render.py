@@ -88,26 +88,20 @@ def _with_cable(settings: Settings, view: View, ground: np.ndarray, zone_mm: flo
     return soften(image, ground_sigma(settings))
 
 
-def tubes_of(settings: Settings, paths: list[StrandPath]) -> list[Tube]:
-    """The strands as tubes; flattening thins the radial axis and widens the other."""
-    flat = settings.hidden.flattening
+def tubes_of(paths: list[StrandPath]) -> list[Tube]:
+    """The strands as tubes."""
     return [
-        Tube(
-            path.points_mm,
-            path.offset_mm,
-            path.in_bundle,
-            0.5 * path.diameter_mm * (1.0 - flat),
-            0.5 * path.diameter_mm / (1.0 - flat),
-            path.number,
-        )
-        for path in paths
+        Tube(p.points_mm, p.offset_mm, p.in_bundle, p.half_out_mm, p.half_side_mm, p.number)
+        for p in paths
     ]
 
 
-def draw(settings: Settings, scene: Scene, state: State) -> Drawing:
-    """The frame in linear light, blurred by the lens."""
-    paths = strand_paths(settings, state)
-    pieces = make_pieces(scene.view, tubes_of(settings, paths) + fibres(settings, paths))
+def draw(
+    settings: Settings, scene: Scene, state: State, paths: list[StrandPath] | None = None
+) -> Drawing:
+    """The frame in linear light, blurred by the lens; `paths` saves laying the strands again."""
+    paths = paths or strand_paths(settings, state)
+    pieces = make_pieces(scene.view, tubes_of(paths) + fibres(settings, paths))
     box = crop_box(settings, scene.view, pieces, scene.reach_px + 3.0)
     outer_mm = 0.5 * state.diameter_mm if state.has_bundle else 0.0
     image, covered, ids = paint(

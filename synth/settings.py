@@ -51,7 +51,7 @@ class Law:
     knot_interval_turns: float | None = None
     knot_growth_turns: float | None = None
     coil_pitch_D: float = 1.9
-    knot_pitch_D: float = 1.3
+    knot_pitch_D: float = 1.4
     knot_radius_D: float = 1.15
     knot_length_D: float = 3.6
     drift_mm_per_turn: float = 0.03

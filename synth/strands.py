@@ -7,12 +7,13 @@ two strands that cubic is the straight tangent. Behind the plate it runs straigh
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from synth.actuator import State
 from synth.centre_line import smallest_rotation_frame
+from synth.contact import relax
 from synth.settings import Settings
 
 FEED_MM = 9.0  # drawn behind the plate
@@ -25,7 +26,9 @@ class StrandPath:
     """One strand's centre line: `points_mm` (M, 3), `x_bundle` False outside apex..connector.
 
     `offset_mm` (M, 3) points from the bundle's centre line to the strand's centre (0 outside);
-    `diameter_mm` is this strand's own; `first`, `last` bound the twisting zone (x in 0..L).
+    `diameter_mm` is this strand's own; `half_out_mm`, `half_side_mm` the half axes of its section
+    towards the outside and across (unequal when flattened); `first`, `last` bound the twisting
+    zone (x in 0..L).
     """
 
     number: int
@@ -33,6 +36,8 @@ class StrandPath:
     offset_mm: np.ndarray
     in_bundle: np.ndarray
     diameter_mm: float
+    half_out_mm: float
+    half_side_mm: float
     first: int
     last: int
 
@@ -50,11 +55,11 @@ def needed_hole_mm(settings: Settings, diameter_mm: float) -> float:
 
 
 def hole_diameter_mm(settings: Settings) -> float:
-    """As stated, or 0.6 mm, or as much as the strands need with a tenth of play."""
+    """As stated, or 0.6 mm, or as much as the strands need when they leave at a slant."""
     given = settings.actuator.hole_diameter_mm
     if given is not None:
         return given
-    return max(0.6, round(1.1 * needed_hole_mm(settings, settings.strings.diameter_mm), 2))
+    return max(0.6, round(1.5 * needed_hole_mm(settings, settings.strings.diameter_mm), 2))
 
 
 def strand_diameters_mm(settings: Settings, state: State) -> np.ndarray:
@@ -79,25 +84,59 @@ def _assign(settings: Settings, state: State) -> tuple[np.ndarray, np.ndarray, n
     hole_angle = 2.0 * np.pi * hole_of / holes
     turned = state.leg_turns * 2.0 * np.pi - float((angle - hole_angle).mean())
     start = centres[hole_of].copy()
+    entry = np.hypot(*sites.T)[:, None] * np.stack(
+        [np.cos(angle + turned), np.sin(angle + turned)], axis=1
+    )
+    # legs leave at a slant, which brings neighbours closer by its cosine
+    slope = 0.5 * state.real.hole_distance_mm / state.apex_mm
+    apart = 1.02 * state.real.diameter_mm * float(np.hypot(1.0, slope))
+    widest = 0.5 * (hole_diameter_mm(settings) - state.real.diameter_mm)
     for hole in range(holes):
-        inside = [i for i in order if hole_of[i] == hole]
+        inside = np.flatnonzero(hole_of == hole)
         if len(inside) > 1:
-            away = 0.5 * state.real.diameter_mm * 1.03 / np.sin(np.pi / len(inside))
-            # The strand that enters the bundle first leaves on the side it turns towards.
-            local = hole_angle[inside] + 2 * np.pi * (np.arange(len(inside)) + 0.5) / len(inside)
-            start[inside, 0] += away * np.cos(local)
-            start[inside, 1] += away * np.sin(local)
+            start[inside] += _side_by_side(entry[inside], apart, widest)
     return start, angle + turned, np.hypot(*sites.T)
 
 
+def _side_by_side(entry: np.ndarray, apart_mm: float, widest_mm: float) -> np.ndarray:
+    """Places (n, 2) in a hole, arranged as the strands will lie at the apex, so none cross."""
+    away = entry - entry.mean(axis=0)
+    direction = np.arctan2(away[:, 1], away[:, 0])
+    order = np.argsort(direction)
+    count = len(entry)
+    angle = np.empty(count)
+    spread = 2.0 * np.pi * np.arange(count) / count
+    # the common rotation that brings the even spread closest to where the strands will lie
+    lead = np.angle(np.exp(1j * (direction[order] - spread)).mean())
+    angle[order] = spread + lead
+    radius = min(0.5 * apart_mm / np.sin(np.pi / count), max(widest_mm, 0.0))
+    return radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
 def strand_paths(settings: Settings, state: State) -> list[StrandPath]:
-    """All strands of a state; at negative handedness the scene is its mirror image in z."""
+    """All strands of a state, contact resolved; S is the mirror image in z of Z."""
     start, phase, radius = _assign(settings, state)
     diameters = strand_diameters_mm(settings, state)
-    return [
+    loose = [
         _path(settings, state, i, start[i], phase[i], radius[i], diameters[i])
         for i in range(len(radius))
     ]
+    flat = 1.0 - settings.hidden.flattening
+    zone = [path.points_mm[path.first : path.last + 1] for path in loose]
+    return [
+        _moved(path, shift)
+        for path, shift in zip(loose, relax(zone, flat * diameters), strict=True)
+    ]
+
+
+def _moved(path: StrandPath, shift: np.ndarray) -> StrandPath:
+    if not shift.any():
+        return path
+    points, offset = path.points_mm.copy(), path.offset_mm.copy()
+    zone = slice(path.first, path.last + 1)
+    points[zone] += shift
+    offset[zone] += np.where(path.in_bundle[zone, None], shift, 0.0)
+    return replace(path, points_mm=points, offset_mm=offset)
 
 
 def site_scale(settings: Settings, state: State, number: int, x: np.ndarray) -> np.ndarray:
@@ -149,8 +188,17 @@ def _path(
     if state.sign < 0:
         points[:, 2] *= -1.0
         outward[:, 2] *= -1.0
+    flat = 1.0 - settings.hidden.flattening
     return StrandPath(
-        number, points, outward, inside, float(diameter), len(feed), len(points) - len(tail) - 1
+        number=number,
+        points_mm=points,
+        offset_mm=outward,
+        in_bundle=inside,
+        diameter_mm=float(diameter),
+        half_out_mm=0.5 * float(diameter) * flat,
+        half_side_mm=0.5 * float(diameter) / flat,
+        first=len(feed),
+        last=len(points) - len(tail) - 1,
     )
 
 

@@ -16,6 +16,7 @@ from synth.render import tubes_of
 from synth.settings import Settings
 from synth.silhouette import edges_along, fold_curves
 from synth.strands import (
+    StrandPath,
     arc_length_mm,
     hole_centres_mm,
     site_scale,
@@ -76,6 +77,21 @@ def envelope_of(settings: Settings, state: State) -> Envelope | None:
     return find_knots(s, local_diameter_mm(settings, state, s) + 2.0 * reach, state.diameter_mm)
 
 
+def cylinder_mm(state: State, paths: list[StrandPath], start_mm: float, stop_mm: float) -> float:
+    """Diameter of the smallest cylinder about the bundle's own centre line, start to stop in arc
+    length along that line from the apex."""
+    reach = 0.0
+    arc = state.line.arc_mm
+    for path in paths:
+        first = int(np.argmax(path.in_bundle))
+        offset = path.offset_mm[first : first + len(arc)]
+        here = (arc >= start_mm) & (arc <= stop_mm)
+        if here.any():
+            size = float(np.linalg.norm(offset[here], axis=1).max())
+            reach = max(reach, size + path.half_out_mm)
+    return 2.0 * reach if reach else NAN
+
+
 def local_diameter_mm(settings: Settings, state: State, s_mm: np.ndarray) -> np.ndarray:
     """The bundle's own diameter along the axis: constant but for planted tapers and slack."""
     radius = np.hypot(*state.sites_mm.T)
@@ -86,16 +102,21 @@ def local_diameter_mm(settings: Settings, state: State, s_mm: np.ndarray) -> np.
     return 2.0 * np.max(reach, axis=0)
 
 
-def frame_truth(settings: Settings, view: View, state: State, index: int) -> FrameTruth:
+def frame_truth(
+    settings: Settings,
+    view: View,
+    state: State,
+    index: int,
+    paths: list[StrandPath] | None = None,
+) -> FrameTruth:
     """All truth of one frame. NaN where the quantity does not exist (no bundle yet)."""
-    paths = strand_paths(settings, state)
-    lengths = np.array([arc_length_mm(path) for path in paths])
+    paths = paths or strand_paths(settings, state)
     envelope = envelope_of(settings, state)
     zone = state.zone_mm
     start, stop = axis_px(view, zone)
     along = (stop - start) / np.linalg.norm(stop - start)
     length_px = int(np.floor(np.linalg.norm(stop - start))) + 1
-    curves = [c for tube in tubes_of(settings, paths) for c in fold_curves(view, _zone(tube))]
+    curves = [c for tube in tubes_of(paths) for c in fold_curves(view, _zone(tube))]
     upper, lower = edges_along(start, along, length_px, curves)
     s_px = np.arange(length_px, dtype=float)
     s_mm = _mm_of_px(view, zone, start, along, s_px)
@@ -106,7 +127,7 @@ def frame_truth(settings: Settings, view: View, state: State, index: int) -> Fra
         local = np.interp(s_mm, envelope.s_mm, envelope.envelope_mm)
         local[outside] = NAN
     knots = [] if envelope is None else _knots_px(view, envelope)
-    row = _row(settings, view, state, index, lengths, envelope, start, stop)
+    row = _row(settings, view, state, index, paths, envelope, start, stop)
     return FrameTruth(row, knots, s_px, s_mm, upper, lower, local)
 
 
@@ -155,13 +176,21 @@ def _row(
     view: View,
     state: State,
     index: int,
-    lengths: np.ndarray,
+    paths: list[StrandPath],
     envelope: Envelope | None,
     start: np.ndarray,
     stop: np.ndarray,
 ) -> dict[str, object]:
-    zone, outer, pitch = state.zone_mm, state.diameter_mm, state.pitch_mm
+    zone, pitch = state.zone_mm, state.pitch_mm
+    total = float(state.line.arc_mm[-1])
+    outer = middle = widest = NAN
+    if state.has_bundle:
+        # the near-separator D is read over the first pitch, mid-span D over one pitch there
+        outer = cylinder_mm(state, paths, 0.0, max(pitch, 0.1))
+        middle = cylinder_mm(state, paths, 0.5 * (total - pitch), 0.5 * (total + pitch))
+        widest = cylinder_mm(state, paths, 0.0, max(2.0 * pitch, 4.0 * outer))
     d = state.real.diameter_mm
+    lengths = np.array([arc_length_mm(path) for path in paths])
     drawn = float(lengths.mean())
     line = state.line
     amplitude = float(np.sqrt(np.mean(line.radius_mm**2))) if state.has_bundle else 0.0
@@ -188,7 +217,10 @@ def _row(
         "handedness": ("Z" if state.sign > 0 else "S") if state.has_bundle else "",
         "strand_count": settings.strings.count,
         "strand_diameter_mm": d,
-        "midspan_diameter_mm": outer,
+        "diameter_laid_mm": state.diameter_mm,
+        "diameter_near_largest_mm": widest,
+        "midspan_diameter_mm": middle,
+        "midspan_helix_angle_rad": float(np.arctan2(np.pi * middle, pitch)),
         "midspan_mm": mid_mm if state.has_bundle else NAN,
         "coil_amplitude_mm": amplitude,
         "coil_base_radius_mm": state.coil_radius_mm,

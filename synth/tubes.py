@@ -19,6 +19,7 @@ from synth.camera import View, project, projection_jacobian, to_camera, towards_
 LAYERS = 4
 LEAN_LIMIT = 0.45  # cosine of the lean beyond which a piece gets round caps
 TURN_LIMIT_RAD = 0.5
+CORNER_RAD = 0.15  # a kink of the centre line (at a hole's rim) is kept as it is
 MITRE_PX = 0.1  # neighbours overlap by this much, so that no pixel falls between them
 SAGITTA_PX = 0.03  # largest gap between a chord and the curved centre line
 
@@ -71,7 +72,8 @@ def thin_out(points_mm: np.ndarray, px_per_mm: float) -> np.ndarray:
     allowed = np.minimum(np.sqrt(8.0 * SAGITTA_PX / (curvature * px_per_mm)), 2.0)
     cost = np.concatenate([[0.0], np.cumsum(length / allowed)])
     marks = np.arange(0.0, cost[-1], 1.0)
-    keep = np.unique(np.searchsorted(cost, marks))
+    corners = np.flatnonzero(turn > CORNER_RAD) + 1
+    keep = np.unique(np.concatenate([np.searchsorted(cost, marks), corners]))
     return np.append(keep[keep < len(points_mm) - 1], len(points_mm) - 1)
 
 
