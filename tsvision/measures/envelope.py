@@ -17,15 +17,29 @@ TOP = 1.40  # of the bundle's diameter D: what its largest E must reach
 
 
 def envelope_px(
-    upper_px: np.ndarray, lower_px: np.ndarray, known: np.ndarray, period_px: float
+    upper_px: np.ndarray,
+    lower_px: np.ndarray,
+    known: np.ndarray,
+    period_px: float,
+    diameter_px: float = float("nan"),
 ) -> np.ndarray:
-    """E(s) (M,) in px from both edges' distances to the axis; NaN outside the known columns."""
+    """E(s) (M,) in px from both edges' distances to the axis; NaN outside the known columns.
+
+    With D given, the middle of the two edges is taken as the coil's own swing: E >= D + 2 |swing|.
+    The edges alone beat: a lobe of a strand has to meet a lobe of the coil to reach out to E, and
+    where they meet only now and then, a uniform coil looks uneven and full of knots. An edge that
+    is exactly 0 counts as not seen.
+    """
     out = np.full(upper_px.shape, np.nan)
     index = np.flatnonzero(known)
     if index.size < 3:
         return out
     s = np.arange(upper_px.size)
     half = np.maximum(np.abs(upper_px), np.abs(lower_px))
+    if np.isfinite(diameter_px):
+        both = (upper_px != 0.0) & (lower_px != 0.0)
+        reach = 0.5 * diameter_px + np.abs(0.5 * (upper_px + lower_px))
+        half = np.where(both, np.maximum(half, reach), half)
     filled = np.interp(s, index, half[index])[index[0] : index[-1] + 1]
     filled = median_filter(filled, size=3, mode="nearest")
     size = int(np.clip(round(period_px), 3, filled.size))
