@@ -14,11 +14,13 @@ def main() -> None:
     parser.add_argument("--list", action="store_true", help="names and what they show")
     parser.add_argument("--render", nargs="+", metavar="NAME", default=[], help="or `all`")
     parser.add_argument("--verify", nargs="+", metavar="NAME", default=[], help="check the truth")
+    parser.add_argument("--pictures", nargs="+", type=Path, default=[], metavar="DIR",
+                        help="check the edges in rendered pictures (backlit ones)")  # fmt: skip
     parser.add_argument("--tables-only", action="store_true", help="with --render: no pictures")
     parser.add_argument("--vary", type=int, default=0, metavar="K", help="draw anew, K-th time")
     parser.add_argument("--out", type=Path, default=Path("pathtraced"))
     args = parser.parse_args()
-    if args.list or not (args.render or args.verify):
+    if args.list or not (args.render or args.verify or args.pictures):
         for spec in SPECS.values():
             print(f"{spec.name:18} N={spec.count} {len(spec.turns):2} frames  {spec.what}")
     for name in SPECS if args.render == ["all"] else args.render:
@@ -29,6 +31,10 @@ def main() -> None:
         from .verify import verify
 
         verify(chosen(name, args.vary, parser))
+    for folder in args.pictures:
+        from .verify import picture_offsets
+
+        picture_offsets(folder)
 
 
 def chosen(name: str, number: int, parser: argparse.ArgumentParser) -> Spec:

@@ -7,7 +7,7 @@ measurements in `--out` are scored as they stand. Columns, errors as measured mi
 
 D_px / D_coil   rms of diameter_px over straight / coiled frames, against D at the local scale
 bias_px         its mean;  D_%: rms of diameter_mm
-p_px_% / p_mm_% rms of pitch_px at the local scale along the axis; of pitch_mm
+p_px_% / p_mm_% median and rms of pitch_px at the local scale along the axis; of pitch_mm
 beta_deg        rms of β;  hand: frames right of those with a twist
 knots           hits-misses-false over frames;  onset: measured [low, high] against the truth
 cover           share of frames whose 95 % interval holds D (px), pitch (mm), β
@@ -169,6 +169,10 @@ def rms(values: pd.Series) -> float:
     )
 
 
+def median_and_rms(shares: pd.Series) -> str:
+    return f"{100 * shares.abs().median():.2f} {100 * rms(shares):.2f}"
+
+
 def cover(sigmas: pd.Series) -> str:
     known = sigmas[sigmas.notna()]
     return f"{(known.abs() <= 1.96).mean():.2f}" if len(known) else "-"
@@ -192,8 +196,8 @@ def summary(scored: Scored) -> dict[str, str]:
         "D_coil": f"{rms(coiled['D_px']):.3f}",
         "bias_px": f"{rows['D_px'].mean():+.3f}",
         "D_%": f"{100 * rms(rows['D_share']):.2f}",
-        "p_px_%": f"{100 * rms(rows['p_px_share']):.2f}",
-        "p_mm_%": f"{100 * rms(rows['p_mm_share']):.2f}",
+        "p_px_%": median_and_rms(rows["p_px_share"]),
+        "p_mm_%": median_and_rms(rows["p_mm_share"]),
         "beta_deg": f"{rms(rows['beta_deg']):.2f}",
         "hand": f"{rows['hand'].sum()}/{len(rows)}",
         "knots": "{}-{}-{}".format(*scored.knots),

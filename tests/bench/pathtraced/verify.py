@@ -8,10 +8,14 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 from numba import njit
+from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
 from .mesh import tube
@@ -112,3 +116,42 @@ def writhe_gauss(points: np.ndarray) -> float:
     far = np.linspace(0, 1, 200)[1:, None] ** 3 * np.array([400.0, 0, 0])
     points = np.vstack([(points[0] - far)[::-1], points, points[-1] + far])
     return float(gauss_sum((points[1:] + points[:-1]) / 2, np.diff(points, axis=0)))
+
+
+def picture_offsets(folder: Path) -> None:
+    """Half-level edges of a finished, backlit recording against its truth: median shift of both
+    edges and of the half-width, px. Means something only where contrast does not depend on side.
+    """
+    truth = json.loads((folder / "truth.json").read_text())
+    profiles = np.load(folder / "profiles.npz")
+    across = np.arange(-50, 50, 0.1)
+    for frame in truth["frames"]:
+        key = f"f{frame['frame']:03d}"
+        if key not in profiles:
+            continue
+        edges = profiles[key]
+        rows = np.flatnonzero(np.isfinite(edges[:, 0]))[20:-20]
+        picture = np.asarray(cv2.imread(str(folder / frame["file"]), cv2.IMREAD_GRAYSCALE))
+        lines = light_across(picture, frame, rows, across)
+        ground = np.median(lines[:, np.abs(across) > 40], axis=1)
+        depth = lines[np.arange(len(rows)), np.searchsorted(across, edges[rows].mean(axis=1))]
+        inside = (lines < ((ground + depth) / 2)[:, None]) == (depth < ground)[:, None]
+        inside &= np.abs(across) < 40
+        low = across[inside.argmax(axis=1)] - 0.05 - edges[rows, 0]
+        high = across[len(across) - 1 - inside[:, ::-1].argmax(axis=1)] + 0.05 - edges[rows, 1]
+        low, high = np.median(low), np.median(high)
+        shift, wider = (low + high) / 2, (high - low) / 2
+        print(f"{frame['file']}: shift {shift:+.3f} px, half-width {wider:+.3f} px")
+
+
+def light_across(
+    picture: np.ndarray, frame: dict[str, Any], rows: np.ndarray, across: np.ndarray
+) -> np.ndarray:
+    """(rows, across) linear light on lines across the projected axis."""
+    start = np.array([frame["axis_x0_px"], frame["axis_y0_px"]])
+    end = np.array([frame["axis_x1_px"], frame["axis_y1_px"]])
+    u = (end - start) / np.linalg.norm(end - start)
+    n = np.array([-u[1], u[0]])
+    px = start + (rows[:, None, None] + 0.5) * u + across[None, :, None] * n - 0.5
+    coded = map_coordinates(picture / 255.0, [px[..., 1], px[..., 0]], order=3, mode="nearest")
+    return np.where(coded < 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)
