@@ -10,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from cli.main import run
 from tsvision.errors import InputError
@@ -174,3 +176,52 @@ def test_the_maker_itself_is_sound() -> None:
     assert truth.break_s is not None
     after = truth.rows[truth.rows[:, 0] > truth.break_s + 0.2, 2]
     assert np.all((after < 200) | (after == 3276.0))
+
+
+def test_a_log_in_which_nothing_moves_has_no_cycles(tmp_path: Path) -> None:
+    rows = np.column_stack(
+        [np.arange(200) * 0.05, np.zeros(200), np.full(200, -3.0), np.full(200, 4700.0)]
+    )
+    found = report(made_log.write(tmp_path / "log.csv", rows))
+    assert len(found.cycles.start) == 0 and found.end.kind == "running"
+
+
+def test_a_log_of_the_ceiling_alone_is_read(tmp_path: Path) -> None:
+    rows = np.column_stack(
+        [np.arange(200) * 0.05, np.ones(200), np.full(200, 3276.0), np.full(200, 3300.0)]
+    )
+    found = report(made_log.write(tmp_path / "log.csv", rows))
+    assert {f.kind for f in found.findings} >= {"saturated"}
+
+
+def test_a_long_log_is_read_in_seconds(tmp_path: Path) -> None:
+    import time
+
+    rows = made_log.make(Rig(cycles=550, logs_rest=True)).rows
+    path = made_log.write(tmp_path / "log.csv", rows)
+    assert len(rows) > 40_000
+    begun = time.perf_counter()
+    assert len(report(path).cycles.start) == 550
+    assert time.perf_counter() - begun < 10
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@given(
+    seed=st.integers(0, 10_000),
+    dead=st.integers(0, 600),
+    resets=st.integers(0, 3),
+    spikes=st.integers(0, 40),
+)
+def test_any_dirt_ends_in_a_report(
+    tmp_path: Path, seed: int, dead: int, resets: int, spikes: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    rows = made_log.make(Rig(cycles=6, logs_rest=bool(seed % 2), seed=seed)).rows
+    rows[rng.integers(0, len(rows), dead), 2:] = 0.0
+    for _ in range(resets):
+        rows[rng.integers(1, len(rows)) :, 0] -= rng.uniform(0, 20)
+    rows[rng.integers(0, len(rows), spikes), 2] = rng.choice([3276.0, -3276.0, 1e5], spikes)
+    found = report(made_log.write(tmp_path / "log.csv", rows[rng.integers(0, 20) :]))
+    assert np.all(np.diff(found.cycles.start) > 0)
+    assert len(found.table) == len(found.cycles.start)
+    assert found.end.kind in ("broke", "stalled", "supply_off", "running")

@@ -18,6 +18,7 @@ PAUSE = 5.0  # a gap this many times the usual step is a pause in the log
 FEW_PAUSES = 3
 NEAR_ROWS = 4  # the counter may count this many rows beside the start
 RUNNING = 0.10  # of the 95th percentile of current: above it the motor pulls
+LEAST_RUNNING_MA = 10.0  # no motor of such a rig turns on less
 OVERLOAD = 2.0  # times that percentile: above it the motor starts or stalls
 SUPPLY_ON = 0.5  # of the median supply
 
@@ -52,8 +53,8 @@ def levels(log: RigLog) -> Levels:
     top = saturated_level(log.current_mA)
     on = supply_on(log)
     plain = log.current_mA[(log.current_mA < top) & on]
-    high = float(np.quantile(plain, 0.95))
-    running = RUNNING * high
+    high = float(np.quantile(plain, 0.95)) if plain.size else 0.0
+    running = max(RUNNING * high, LEAST_RUNNING_MA)
     off = plain[plain < running]
     idle = float(np.median(off[off <= np.quantile(off, 0.5)])) if off.size else 0.0
     pulling = plain[plain >= running]
@@ -123,9 +124,11 @@ def _after_rests(log: RigLog, running: np.ndarray) -> np.ndarray:
     if not begin.size:
         return begin
     on = supply_on(log)
-    last = np.array([np.flatnonzero(running[:b])[-1] if running[:b].any() else 0 for b in begin])
+    latest = np.maximum.accumulate(np.where(running, np.arange(running.size), 0))
+    last = latest[begin - 1]
     rest = log.time_s[begin] - log.time_s[last]
-    broken_off = np.array([not on[a : b + 1].all() for a, b in zip(last, begin, strict=True)])
+    off_so_far = np.append(0, np.cumsum(~on))
+    broken_off = off_so_far[begin + 1] > off_so_far[last]
     kept = rest > PAUSE * usual_step_s(log)
     kept[0] = True
     kept &= ~broken_off | (last == 0)

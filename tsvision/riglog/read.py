@@ -66,6 +66,8 @@ def read_log(path: Path) -> RigLog:
     if text and not text.endswith("\n"):
         findings.append(Finding("cut_short", 1, len(rows), "the last line has no end: cut short?"))
     table = np.array(values)
+    if not np.any(np.diff(table[:, 0]) > 0):
+        raise InputError(f"the time in '{path}' never advances; check its time column")
     findings += _stamps(table[:, 0], np.array(lines))
     findings += _saturation(table[:, 2], np.array(lines))
     return RigLog(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +39,7 @@ def cycle_table(log: RigLog, cycles: Cycles, known: Levels) -> pd.DataFrame:
     in overload. NaN where a cycle has no such rows.
     """
     on = supply_on(log)
-    ends = np.append(cycles.start[1:], log.time_s.size)
+    bounds = np.append(cycles.start, log.time_s.size).astype(int)
     rows = [
         {
             "cycle": number,
@@ -46,7 +47,7 @@ def cycle_table(log: RigLog, cycles: Cycles, known: Levels) -> pd.DataFrame:
             "line": int(log.line[a]),
             **_cycle(log, slice(a, b), known, on[a:b]),
         }
-        for number, (a, b) in enumerate(zip(cycles.start, ends, strict=True), start=1)
+        for number, (a, b) in enumerate(itertools.pairwise(bounds), start=1)
     ]
     columns = ["cycle", "counter", "line", "start_s", "duration_s", "rows", *MEASURES]
     return pd.DataFrame(rows, columns=list(dict.fromkeys(columns)))
