@@ -10,7 +10,12 @@ BASE = {"tsvision", "tsvision.records", "tsvision.units", "tsvision.flags", "tsv
 ALLOWED = {
     "tsvision.images": set(),
     "tsvision.measures": {"tsvision.images"},
-    "tsvision.timeline": {"tsvision.measures", "tsvision.images", "tsvision.data", "tsvision.atomic"},
+    "tsvision.timeline": {
+        "tsvision.measures",
+        "tsvision.images",
+        "tsvision.data",
+        "tsvision.atomic",
+    },
     "tsvision.models": {"tsvision.data"},
     "tsvision.life": {"tsvision.data"},
     "tsvision.riglog": set(),
