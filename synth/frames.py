@@ -12,10 +12,10 @@ from typing import Any
 import cv2
 import numpy as np
 
-from synth.actuator import State
 from synth.exposure import take
 from synth.render import Scene, shoot
 from synth.settings import Settings
+from synth.state import State
 from synth.strands import StrandPath
 
 FRAMES_PER_SECOND = 25

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.actuator import State
 from synth.camera import View, place
 from synth.dirt import cable, fibres
 from synth.effects import stated_zone_mm
@@ -20,6 +19,7 @@ from synth.hardware import draw_hardware, make_hardware
 from synth.paint import LUMA, Box, Front, crop_box, paint
 from synth.sensor import expose
 from synth.settings import Settings
+from synth.state import State
 from synth.strands import StrandPath, strand_paths
 from synth.tubes import Tube, make_pieces
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.actuator import State
 from synth.centre_line import smallest_rotation_frame
 from synth.contact import relax
 from synth.settings import Settings
+from synth.state import State
 
 FEED_MM = 9.0  # drawn behind the plate
 TAIL_MM = 0.4  # drawn into the connector

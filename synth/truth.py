@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from synth.actuator import State
+from synth.actuator import elapsed_s
 from synth.camera import View, project, projection_jacobian, to_camera, towards_viewer
 from synth.displacement import recorded_displacement
 from synth.hardware import PLATE_THICK_MM, make_hardware
@@ -15,6 +15,7 @@ from synth.phases import Envelope, find_knots, phase_of
 from synth.render import tubes_of
 from synth.settings import Settings
 from synth.silhouette import edges_along, fold_curves
+from synth.state import State
 from synth.strands import (
     StrandPath,
     arc_length_mm,
@@ -199,7 +200,7 @@ def _row(
     near_mm = state.apex_mm + 0.5 * max(2 * pitch, 4 * outer) if state.has_bundle else 0.0
     along_mm, across_mm = scale_at(view, near_mm)
     apex = project(view, to_camera(view, np.array([[state.apex_mm, 0.0, 0.0]])))[0]
-    law = recorded_displacement(settings, state, drawn - zone, index)
+    law = recorded_displacement(settings, state, drawn - zone, elapsed_s(settings, index))
     phase = "twist" if envelope is None else phase_of(envelope, amplitude, outer)
     hole = 2.0 * make_hardware(settings).hole_radius_mm
     stuck = envelope is not None and any(k.max_diameter_mm > hole for k in envelope.knots)

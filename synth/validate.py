@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from synth.effects import stated_zone_mm
+from synth.laws import LAWS
 from synth.sections import make_section
 from synth.settings import Settings
 from synth.strands import hole_centres_mm, hole_diameter_mm, needed_hole_mm
@@ -61,6 +62,8 @@ def check(settings: Settings) -> None:
         raise InputError("sensor.bits = 16 needs sensor.format png or tif")
     if sensor.format == "mp4" and (camera.width_px % 2 or camera.height_px % 2):
         raise InputError("camera.width_px and height_px must be even for an mp4")
+    _one_of("law.displacement", settings.law.displacement, LAWS)
+    _one_of("law.follow", settings.law.follow, ("geometry", "law"))
     _check_hidden(settings)
 
 
