@@ -60,9 +60,9 @@ def steps_of(page: str) -> list[Step]:
 
 @pytest.fixture(scope="session")
 def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A small recording, rendered once: three frames from 0 to 40 turns."""
+    """A small recording, rendered once: three frames from 0 to 20 turns."""
     folder = tmp_path_factory.mktemp("film") / "film"
-    command = "tsvision synth --turns 0:40:20 --preset bench --look bright_on_dark --seed 5"
+    command = "tsvision synth --turns 0:20:10 --preset bench --look bright_on_dark --seed 5"
     run([*command.split(), "--size", "960x540", "--quiet", "--out", str(folder)], folder.parent)
     return folder
 
