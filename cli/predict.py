@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from dataclasses import asdict
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cli import actuator_options as options
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike
+
+    from tsvision.actuator.geometry import Geometry
+    from tsvision.models import DisplacementModel
 
 
 def command(
@@ -29,6 +37,15 @@ def command(
     pitch: options.PitchOption = None,
     load: options.LoadOption = None,
     friction: Annotated[float, typer.Option("--friction", help="μ at the hole's edge.")] = 0.0,
+    axial_stiffness: Annotated[
+        float | None, typer.Option("--axial-stiffness", help="EA of one string, N.")
+    ] = None,
+    motor_rpm: Annotated[
+        float | None, typer.Option("--motor-rpm", help="No-load speed at the output shaft.")
+    ] = None,
+    motor_torque: Annotated[
+        float | None, typer.Option("--motor-torque", help="Stall torque there, N m.")
+    ] = None,
     as_json: options.JsonOption = False,
 ) -> None:
     """Displacement (mm), slope, and with --load the motor torque; onset and limit besides."""
@@ -58,13 +75,8 @@ def command(
         "slope_mm_per_turn": chosen.slope_mm_per_turn(at, **keywords),
     }
     if geometry.strings is not None and geometry.load_N == geometry.load_N:
-        from tsvision.actuator.statics import statics
-
-        numbers = {name: float(value) for name, value in keywords.items()}  # type: ignore[arg-type]
-        acting = statics(chosen, at, numbers, geometry.load_N, geometry.strings, friction)
-        columns["torque_winding_Nmm"] = 1000 * acting.torque_winding_Nm
-        columns["torque_unwinding_Nmm"] = 1000 * acting.torque_unwinding_Nm
-        columns["string_tension_N"] = acting.string_tension_N
+        motor = (motor_rpm, motor_torque)
+        columns |= _statics(chosen, at, keywords, geometry, friction, axial_stiffness, motor)
     ahead = outlook(geometry)
     if as_json:
         rows = [
@@ -86,6 +98,40 @@ def command(
         print(",".join([f"{at[k]:g}", *values]))
     for line in ahead.lines:
         print(line, file=sys.stderr)
+
+
+def _statics(
+    model: DisplacementModel,
+    turns: np.ndarray,
+    keywords: dict[str, ArrayLike],
+    geometry: Geometry,
+    friction: float,
+    axial_stiffness: float | None,
+    motor: tuple[float | None, float | None],
+) -> dict[str, np.ndarray]:
+    """Torque and tension; stiffness and speed where string and motor are known."""
+    from tsvision.actuator.statics import Motor, paper_motor, speed_mm_s, statics
+
+    numbers = {name: float(value) for name, value in keywords.items()}  # type: ignore[arg-type]
+    elastic = math.nan if axial_stiffness is None else axial_stiffness
+    count = geometry.strings or 0
+    acting = statics(model, turns, numbers, geometry.load_N, count, friction, elastic)
+    columns = {
+        "transmission_rad_per_mm": acting.transmission_rad_per_mm,
+        "torque_winding_Nmm": 1000 * acting.torque_winding_Nm,
+        "torque_unwinding_Nmm": 1000 * acting.torque_unwinding_Nm,
+        "string_tension_N": acting.string_tension_N,
+    }
+    if axial_stiffness is not None:
+        columns["stiffness_N_per_mm"] = acting.stiffness_N_per_mm
+    if any(value is not None for value in motor):
+        own, (rpm, torque) = paper_motor(), motor
+        used = Motor(
+            own.no_load_rpm if rpm is None else rpm,
+            own.stall_torque_Nm if torque is None else torque,
+        )
+        columns["speed_mm_s"] = speed_mm_s(acting, used)
+    return columns
 
 
 def _or_none(value: float) -> float | None:

@@ -190,6 +190,12 @@ def test_predict_shows_torque_onset_and_limit(capsys: pytest.CaptureFixture[str]
     answer = json.loads(capsys.readouterr().out)
     assert answer["overtwist_onset"]["turns"] == pytest.approx(19.14, abs=0.01)
     assert answer["rows"][0]["torque_winding_Nmm"] == pytest.approx(3.73, abs=0.01)
+    more = ["--load", "19.6", "--axial-stiffness", "800", "--motor-rpm", "160"]
+    assert run(["predict", "--paper", "2", "--turns", "20", *more, "--json"]) == 0
+    row = json.loads(capsys.readouterr().out)["rows"][0]
+    assert row["stiffness_N_per_mm"] == pytest.approx(2 * 800 / (23.2 + 16.35), rel=1e-3)
+    # 160 rpm at no load, 3.73 of 220 N mm used, 1.196 mm a turn
+    assert row["speed_mm_s"] == pytest.approx(160 / 60 * (1 - 3.73 / 220) * 1.1958, rel=1e-3)
     assert run(["predict", "--paper", "2", "--turns", "20"]) == 0
     captured = capsys.readouterr()
     assert "overtwist from" in captured.err and "overtwist" not in captured.out

@@ -112,6 +112,36 @@ def test_a_given_rig_wins_over_the_recorded_one() -> None:
     assert rig.strings.diameter_mm == 0.2 and rig.actuator.twisting_zone_mm == 9.0
 
 
+def test_a_measured_folder_is_compared_with_its_own_diameter_and_pitch(tmp_path: Path) -> None:
+    turns = np.arange(0.0, 60.0, 3.0)
+    x = MODELS["constant_radius"].displacement_mm(
+        turns, twisting_zone_mm=24.0, hole_distance_mm=4.0, radius_mm=0.3
+    )
+    frames = pd.DataFrame(
+        {
+            "frame": np.arange(turns.size),
+            "turns": turns,
+            "time_s": turns,
+            "displacement_mm": x,
+            "load_N": 20.0,
+            "diameter_mm": 0.6,
+            "pitch_mm": np.maximum(24.0 / np.maximum(turns, 1.0), 1.3),
+            "phase": np.where(turns < 20, "twist", "overtwist"),
+        }
+    )
+    frames.to_parquet(tmp_path / "frames.parquet")
+    for name in ("profiles", "knots"):
+        pd.DataFrame({"frame": [0]}).to_parquet(tmp_path / f"{name}.parquet")
+    rig = {"strings.count": 2, "strings.diameter_mm": 0.3, "actuator.twisting_zone_mm": 24.0}
+    rig["actuator.hole_distance_mm"] = 4.0
+    (tmp_path / "summary.json").write_text(json.dumps({"frames_total": 20, "rig": rig}))
+    sample = read_sample([tmp_path], Rig())
+    assert sample.known["radius_mm"][0] == pytest.approx(0.3)
+    assert sample.known["pitch_mm"][0] == pytest.approx(1.3)
+    assert evaluate(MODELS["constant_radius"], sample).as_given_mm < 1e-9
+    assert math.isfinite(evaluate(MODELS["locked_pitch"], sample).as_given_mm)
+
+
 def test_command_on_the_papers_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["compare", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)

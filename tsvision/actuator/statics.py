@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tsvision.data import table
+from tsvision.errors import InputError
 from tsvision.models import DisplacementModel
 from tsvision.units import RAD_PER_TURN, rpm_to_rad_s
 
@@ -62,7 +63,11 @@ def statics(
     axial_stiffness_N: float = float("nan"),
 ) -> Statics:
     """Statics at each turn count. `friction` is μ at the hole's edge, `axial_stiffness_N` EA of
-    one string; strings stretch over the length L + x that lies between hole and motor."""
+    one string; strings stretch over the length L + x that lies between hole and motor.
+    InputError on a negative load or friction."""
+    for name, value in (("load", load_N), ("friction", friction)):
+        if not (np.isfinite(value) and value >= 0):
+            raise InputError(f"the {name} is {value:g}; give a finite number of at least 0")
     n = np.asarray(turns, dtype=float)
     x = model.displacement_mm(n, **geometry)
     feed_mm_per_rad = model.slope_mm_per_turn(n, **geometry) / RAD_PER_TURN
