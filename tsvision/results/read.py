@@ -15,6 +15,9 @@ from tsvision.errors import InputError
 from tsvision.results.folder import SUMMARY
 from tsvision.results.schema import FORMAT
 
+_COUNTS = ("format", "frames_total", "frames_measured", "frames_flagged")
+_QUANTITIES = ("diameter_mm", "diameter_px", "helix_angle_deg")
+
 
 @dataclass(frozen=True)
 class Measurement:
@@ -52,11 +55,21 @@ def read_summary(folder: Path) -> dict[str, Any]:
         raise InputError(
             f"{path}: cannot be read ({type(error).__name__}); measure again"
         ) from None
-    if not isinstance(summary, dict) or "frames_total" not in summary:
+    if not isinstance(summary, dict) or not _has_its_parts(summary):
         raise InputError(f"{path}: is no summary of a measurement; measure again")
-    if summary.get("format", FORMAT) > FORMAT:
+    if summary["format"] > FORMAT:
         raise InputError(f"{path}: written by a newer tsvision; update, or measure again")
     return summary
+
+
+def _has_its_parts(summary: dict[str, Any]) -> bool:
+    counts = all(isinstance(summary.get(name), int) for name in _COUNTS)
+    quantities = (summary.get(name) for name in _QUANTITIES)
+    return (
+        counts
+        and all(isinstance(q, dict) and {"value", "sd"} <= set(q) for q in quantities)
+        and all(isinstance(summary.get(name), dict) for name in ("rig", "input", "flags"))
+    )
 
 
 def read_table(path: Path) -> pd.DataFrame:
