@@ -171,7 +171,7 @@ def angle_scale_saturating(w: World, g: Draw) -> None:
 
 
 def hole_distance_tapered(w: World, g: Draw) -> None:
-    w.hole = w.hole + sign(g) * g.uniform(0.9, 2.5) * (0.75 + 0.25 * np.exp(-w.turns / 8))
+    w.hole = w.hole + sign(g) * g.uniform(1.2, 2.5) * (0.75 + 0.25 * np.exp(-w.turns / 8))
 
 
 def zone_length_drifting(w: World, g: Draw) -> None:

@@ -121,7 +121,7 @@ def _rows_and_jacobian(
     return rows[:, 0] + theta[:, moved:] @ problem.offsets.T, jacobian
 
 
-class _Noise:
+class Noise:
     """Turns residuals into innovations in units of the noise: AR(1) within runs, scaled."""
 
     def __init__(self, problem: Problem, sigma: np.ndarray, rho: np.ndarray) -> None:
@@ -143,7 +143,7 @@ class _Noise:
         return (array - self.back * self.ratio * array[..., self.before]) * self.scale
 
 
-def _minus_log_likelihood(innovation: np.ndarray, noise: _Noise) -> np.ndarray:
+def _minus_log_likelihood(innovation: np.ndarray, noise: Noise) -> np.ndarray:
     bowl = 0.5 * (NU + 1) * np.log1p(innovation**2 / NU)
     return np.sum(bowl, axis=-1) - noise.log_det - innovation.shape[-1] * T_CONSTANT
 
@@ -182,7 +182,7 @@ def _best_start(
     """Try the product of the parameters' starts with two steps each: the best, and its noise."""
     thetas = layout.clip(_starts(layout))
     for _ in range(2):
-        noise = _Noise(problem, sigma, rho)
+        noise = Noise(problem, sigma, rho)
         rows, jacobian = _rows_and_jacobian(problem, simulation, layout, thetas)
         innovation = noise.whiten(problem.table.value - rows)
         weight = _weights(innovation)
@@ -246,7 +246,7 @@ def _descend(
 ) -> Fit:
     value = problem.table.value
     damping = 1e-3
-    noise = _Noise(problem, sigma, rho)
+    noise = Noise(problem, sigma, rho)
     rows, jacobian = _rows_and_jacobian(problem, simulation, layout, theta[None])
     innovation = noise.whiten(value - rows[0])
     for _ in range(most_steps):
@@ -273,7 +273,7 @@ def _descend(
         sigma = _new_sigma(problem, sigma, innovation, weight, leverage)
         rho = _new_rho(problem, value - rows[0], sigma, weight)
         change = np.max(np.abs(np.log(sigma / old[0]))) + np.max(np.abs(rho - old[1]))
-        noise = _Noise(problem, sigma, rho)
+        noise = Noise(problem, sigma, rho)
         innovation = noise.whiten(value - rows[0])
         if gain < SETTLED and change < SETTLED:
             break
@@ -368,7 +368,7 @@ def _finish(
     sigma: np.ndarray,
     rho: np.ndarray,
 ) -> Fit:
-    noise = _Noise(problem, sigma, rho)
+    noise = Noise(problem, sigma, rho)
     innovation = noise.whiten(problem.table.value - rows)
     weight = _weights(innovation)
     white = noise.whiten(jacobian)[0]

@@ -249,9 +249,7 @@ def _imputed(residual: np.ndarray, basis: np.ndarray, wild: np.ndarray) -> np.nd
     return np.where(wild, basis @ coefficients, residual)
 
 
-def _rho_likelihood(
-    whiten: _Whitener, residual: np.ndarray, everything: np.ndarray
-) -> np.ndarray:
+def _rho_likelihood(whiten: _Whitener, residual: np.ndarray, everything: np.ndarray) -> np.ndarray:
     """Restricted likelihood of the AR(1) coefficient on RHO_GRID, adding up to 1."""
     scores = []
     # One fixed basis of full rank: the determinant must not see how columns were scaled.

@@ -7,16 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsvision.diagnosis.fit import Fit, fit
+from tsvision.diagnosis.fit import Fit, Noise, fit
 from tsvision.diagnosis.problem import Problem, bounds, parameters
 from tsvision.mechanisms import MECHANISMS, Shape, Simulation
 from tsvision.mechanisms.shelf import Part
 
-ALARM = 3.0  # log evidence that a cause must gain over the base
+ALARM = 5.0  # log evidence that a cause must gain over the base
 CLASS_WIDTH = 3.0  # sets this close to the best cannot be told from it
 FIRST_PARTNERS = 5  # mechanisms that are tried as the first of a pair
 PAIRS_REFINED = 12
-SECOND_SHARE = 0.12  # a further cause must gain this share of what the first gained
+DEEPENED = 4
+SECOND_SHARE = 0.06  # a further cause must gain this share of what the first gained
 PRIOR_LOG_ODDS = {"variable_radius": -1.0}  # the paper refutes it for the overtwist phase
 
 
@@ -117,6 +118,10 @@ def _again(problem: Problem, old: Fit) -> Fit:
 def _pool(problem: Problem, names: tuple[str, ...], fits: list[Fit]) -> Candidate:
     """Evidence averaged over the shapes that were possible; the likeliest fit first."""
     fits = sorted(fits, key=lambda f: -weighed(f))
+    once = {
+        frozenset((q.mechanism, q.shape.name) for q in f.simulation.parts): f for f in fits[::-1]
+    }
+    fits = sorted(once.values(), key=lambda f: -weighed(f))
     evidence = np.array([weighed(f) for f in fits])
     pooled = evidence[0] + float(np.log(np.sum(np.exp(evidence - evidence[0]))))
     for name in names:
@@ -165,12 +170,29 @@ def _extended(
     fits: dict[tuple[str, ...], list[Fit]] = {}
     for _, start_fit, part, start in screened:
         names = _sorted_names((*start_fit.names, part.mechanism))
-        if len(fits.get(names, ())) >= 2:
-            continue
-        if sum(map(len, fits.values())) >= PAIRS_REFINED:
-            break
-        fits.setdefault(names, []).append(_refine(problem, start_fit, part, start))
+        if names not in fits and len(fits) < PAIRS_REFINED:
+            fits[names] = [_refine(problem, start_fit, part, start)]
+    _deepen(problem, fits, screened)
     return [_pool(problem, names, found) for names, found in fits.items()]
+
+
+def _deepen(
+    problem: Problem,
+    fits: dict[tuple[str, ...], list[Fit]],
+    screened: list[tuple[float, Fit, Part, np.ndarray]],
+) -> None:
+    """The best few sets again: from fresh starts, and with the next shape of the screening."""
+    ranked = sorted(fits, key=lambda names: -weighed(fits[names][0]))
+    for names in ranked[:DEEPENED]:
+        first = fits[names][0]
+        fits[names].append(fit(problem, first.simulation))
+        tried = {part.shape.name for part in first.simulation.parts}
+        for _, start_fit, part, start in screened:
+            if _sorted_names((*start_fit.names, part.mechanism)) != names:
+                continue
+            if {p.shape.name for p in (*start_fit.simulation.parts, part)} != tried:
+                fits[names].append(_refine(problem, start_fit, part, start))
+                break
 
 
 def _sorted_names(names: Iterable[str]) -> tuple[str, ...]:
@@ -180,16 +202,20 @@ def _sorted_names(names: Iterable[str]) -> tuple[str, ...]:
 
 def _screen(problem: Problem, first: Fit) -> list[tuple[float, Fit, Part, np.ndarray]]:
     """Gain in log likelihood, to first order, of every shape added to `first`, best start each."""
-    from tsvision.diagnosis.fit import _Noise  # one whitening for all
-
-    noise = _Noise(problem, first.sigma, first.rho)
+    noise = Noise(problem, first.sigma, first.rho)
     heavy = np.sqrt(first.weight)
-    orthogonal = np.linalg.qr(heavy[:, None] * noise.whiten(first.jacobian[None])[0])[0]
-    residual = heavy * first.innovation
+    # The priors are rows too: else the nuisances would take up what only a cause can.
+    theta = np.concatenate([first.z, first.u, first.offsets])
+    jacobian = np.vstack(
+        [heavy[:, None] * noise.whiten(first.jacobian[None])[0], np.eye(len(theta))]
+    )
+    orthogonal = np.linalg.qr(jacobian)[0]
+    residual = np.concatenate([heavy * first.innovation, -theta])
     residual = residual - orthogonal @ (orthogonal.T @ residual)
-    observable = problem.table.observable
-    before = np.bincount(observable, residual**2) + 1e-12
-    count = np.bincount(observable)
+    kinds = len(problem.table.observables)
+    observable = np.concatenate([problem.table.observable, np.full(len(theta), kinds)])
+    before = np.bincount(observable, residual**2, kinds + 1) + 1e-12
+    count = np.bincount(problem.table.observable, minlength=kinds)
     found = []
     for name in MECHANISMS:
         if name in first.names:
@@ -198,14 +224,16 @@ def _screen(problem: Problem, first: Fit) -> list[tuple[float, Fit, Part, np.nda
             part = Part(name, shape)
             starts = _start_grid(shape)
             change = _change(problem, first, part, starts)
-            white = noise.whiten(change) * heavy
+            white = np.zeros((len(starts), len(residual)))
+            white[:, : len(heavy)] = noise.whiten(change) * heavy
             white = white - (white @ orthogonal) @ orthogonal.T
             along = white @ residual
             square = np.einsum("sn,sn->s", white, white) + 1e-9
             share = np.clip(along / square, 0.0, 8.0)
             left = residual - share[:, None] * white
-            after = np.array([np.bincount(observable, row) for row in left**2]) + 1e-12
-            gain = np.sum(0.5 * count * np.log(before / after), axis=1)
+            after = np.array([np.bincount(observable, row, kinds + 1) for row in left**2]) + 1e-12
+            gain = np.sum(0.5 * count * np.log(before[:-1] / after[:, :-1]), axis=1)
+            gain += 0.5 * (before[-1] - after[:, -1])
             gain -= 0.5 * len(shape.parameters)
             best = int(np.argmax(gain))
             found.append((float(gain[best]), first, part, starts[best] * 1.0))

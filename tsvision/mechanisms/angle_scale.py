@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, varying
 
 
 def _proportional(state: State, p: Values) -> dict[str, np.ndarray]:
@@ -25,6 +25,12 @@ def _slip(low: float, meaning: str) -> Parameter:
     return Parameter("slip", "1", meaning, low=low, high=0.6, typical=0.08, starts=(0.7, -0.7))
 
 
+_MAIN = Shape(
+    "proportional",
+    "α = (1 − slip) α_motor",
+    (_slip(-0.4, "share of the turns that is lost; below 0: a gear ratio that is off"),),
+    {"motor": _proportional},
+)
 MECHANISM = Mechanism(
     name="angle_scale",
     title="Slip or gear ratio",
@@ -32,12 +38,7 @@ MECHANISM = Mechanism(
     touches=("displacement_mm", "helix_angle_deg", "twist_turns", "torque_Nmm"),
     source="slip of the connector and gear ratio; D is left as it is",
     shapes=(
-        Shape(
-            "proportional",
-            "α = (1 − slip) α_motor",
-            (_slip(-0.4, "share of the turns that is lost; below 0: a gear ratio that is off"),),
-            {"motor": _proportional},
-        ),
+        _MAIN,
         Shape(
             "growing",
             "α = (1 − slip · turns / largest turns) α_motor",
@@ -51,6 +52,7 @@ MECHANISM = Mechanism(
             {"motor": _with_load},
             needs=frozenset({"loads"}),
         ),
+        varying(_MAIN),
     ),
     like_exactly=("radius_bias", "camera_scale"),
     checks="mark the connector and count its turns on the film",

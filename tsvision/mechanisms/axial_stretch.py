@@ -6,7 +6,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Effect, Mechanism, Parameter, Shape, State, Values, tension_at
+from tsvision.mechanisms.shelf import (
+    Effect,
+    Mechanism,
+    Parameter,
+    Shape,
+    State,
+    Values,
+    tension_at,
+    varying,
+)
 
 _COMPLIANCE = Parameter(
     "compliance_1_N",
@@ -54,6 +63,13 @@ def _power(state: State, tension: np.ndarray, p: Values) -> np.ndarray:
 
 
 _LOAD = frozenset({"load"})
+_MAIN = Shape(
+    "hooke",
+    "x = x₀ − (L + x₀) T/EA",
+    (_COMPLIANCE,),
+    {"draw": _stretching(lambda state, tension, p: p["compliance_1_N"] * tension)},
+    _LOAD,
+)
 MECHANISM = Mechanism(
     name="axial_stretch",
     title="Axial stretch",
@@ -61,13 +77,7 @@ MECHANISM = Mechanism(
     touches=("displacement_mm",),
     source="Hooke: strain = T/EA with T = F/(N cos β)",
     shapes=(
-        Shape(
-            "hooke",
-            "x = x₀ − (L + x₀) T/EA",
-            (_COMPLIANCE,),
-            {"draw": _stretching(lambda state, tension, p: p["compliance_1_N"] * tension)},
-            _LOAD,
-        ),
+        _MAIN,
         Shape(
             "from_zero",
             "x = x₀ − [(L + x₀) T − X(0) F/N]/EA: displacement is zeroed under load",
@@ -93,6 +103,7 @@ MECHANISM = Mechanism(
             {"draw": _stretching(_power)},
             _LOAD,
         ),
+        varying(_MAIN),
     ),
     checks="hang another load on the untwisted strings and read the displacement",
 )

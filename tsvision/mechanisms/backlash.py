@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, varying
 from tsvision.units import RAD_PER_TURN
 
 _PLAY = Parameter(
@@ -54,6 +54,9 @@ def _closing(state: State, p: Values) -> dict[str, np.ndarray]:
 
 
 _BACK = frozenset({"unwinding"})
+_MAIN = Shape(
+    "kept", "α = α_motor + min(2π b, α_peak − α_motor)", (_PLAY,), {"motor": _kept}, _BACK
+)
 MECHANISM = Mechanism(
     name="backlash",
     title="Backlash",
@@ -61,9 +64,7 @@ MECHANISM = Mechanism(
     touches=("displacement_mm", "helix_angle_deg", "twist_turns", "torque_Nmm"),
     source="play of gears and coupling, friction between the strands",
     shapes=(
-        Shape(
-            "kept", "α = α_motor + min(2π b, α_peak − α_motor)", (_PLAY,), {"motor": _kept}, _BACK
-        ),
+        _MAIN,
         Shape("constant", "α = α_motor + 2π b", (_PLAY,), {"motor": _constant}, _BACK),
         Shape(
             "gradual",
@@ -79,6 +80,7 @@ MECHANISM = Mechanism(
             {"motor": _closing},
             _BACK,
         ),
+        varying(_MAIN),
     ),
     checks="film the connector and the strands at the reversal",
 )

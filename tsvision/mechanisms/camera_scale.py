@@ -4,13 +4,29 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, varying
 
 
 def _scale(state: State, p: Values) -> dict[str, np.ndarray]:
     return {"camera": state.camera * (1.0 + p["scale_error"])}
 
 
+_MAIN = Shape(
+    "factor",
+    "seen = (1 + c) · true, for D and the hole distance in the picture",
+    (
+        Parameter(
+            "scale_error",
+            "1",
+            "c",
+            low=-0.5,
+            high=0.5,
+            typical=0.06,
+            starts=(0.5, -0.5),
+        ),
+    ),
+    {"view": _scale},
+)
 MECHANISM = Mechanism(
     name="camera_scale",
     title="Camera scale off",
@@ -18,22 +34,8 @@ MECHANISM = Mechanism(
     touches=("diameter_mm", "hole_distance_mm"),
     source="depth error dz changes the scale by dz/Z; refraction, refocusing",
     shapes=(
-        Shape(
-            "factor",
-            "seen = (1 + c) · true, for D and the hole distance in the picture",
-            (
-                Parameter(
-                    "scale_error",
-                    "1",
-                    "c",
-                    low=-0.5,
-                    high=0.5,
-                    typical=0.06,
-                    starts=(0.5, -0.5),
-                ),
-            ),
-            {"view": _scale},
-        ),
+        _MAIN,
+        varying(_MAIN),
     ),
     like_exactly=("radius_bias", "angle_scale"),
     checks="film a gauge pin of known diameter at the bundle's distance",

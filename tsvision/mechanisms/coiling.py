@@ -41,6 +41,16 @@ _WITH_LOAD = Parameter(
     starts=(0.0, 0.8),
     null=None,
 )
+_SLOPE = Parameter(
+    "slope_ratio",
+    "1",
+    "slope past the onset over the slope at the onset",
+    low=0.3,
+    high=2.5,
+    prior="uniform",
+    starts=(0.3,),
+    null=None,
+)
 _WIDTH = Parameter(
     "width_turns",
     "turns",
@@ -89,11 +99,20 @@ def _draw(onset: Onset) -> Effect:
     return effect
 
 
-def _locked(state: State, p: Values) -> dict[str, np.ndarray]:
-    """The slope at the onset is kept: dx/dturns = 2π r (S/2 + α r)/(L + x)."""
+def _slope_mm_per_turn(state: State) -> np.ndarray:
+    """The slope of the frozen helix: dx/dturns = 2π r (S/2 + α r)/(L + x)."""
     across = state.hole_mm / 2 + state.alpha_rad * state.radius_mm
-    slope = RAD_PER_TURN * state.radius_mm * across / np.hypot(state.zone_mm, across)
-    return {"displacement_mm": state.displacement_mm + slope * _excess_turns(state, p, _common)}
+    return RAD_PER_TURN * state.radius_mm * across / np.hypot(state.zone_mm, across)
+
+
+def _locked(state: State, p: Values) -> dict[str, np.ndarray]:
+    drawn = _slope_mm_per_turn(state) * _excess_turns(state, p, _common)
+    return {"displacement_mm": state.displacement_mm + drawn}
+
+
+def _draw_share(state: State, p: Values) -> dict[str, np.ndarray]:
+    drawn = p["slope_ratio"] * _slope_mm_per_turn(state) * _excess_turns(state, p, _by_load)
+    return {"displacement_mm": state.displacement_mm + drawn}
 
 
 MECHANISM = Mechanism(
@@ -120,6 +139,13 @@ MECHANISM = Mechanism(
             "x = x(n₀) + c (turns − n₀) past n₀ = n (F/F_min)^q",
             (_ONSET, _LENGTH, _WITH_LOAD),
             {"bundle": _freeze(_by_load), "draw": _draw(_by_load)},
+            frozenset({"loads"}),
+        ),
+        Shape(
+            "slope_by_load",
+            "x = x(n₀) + c x'(n₀) (turns − n₀) past n₀ = n (F/F_min)^q",
+            (_ONSET, _SLOPE, _WITH_LOAD),
+            {"bundle": _freeze(_by_load), "draw": _draw_share},
             frozenset({"loads"}),
         ),
         Shape(

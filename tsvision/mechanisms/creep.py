@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, varying
 
 _RATE = Parameter(
     "creep_mm_per_decade",
@@ -78,6 +78,13 @@ _EXPONENT = Parameter(
     null=None,
 )
 _BOTH = frozenset({"load", "time"})
+_MAIN = Shape(
+    "decades",
+    "x = x₀ − c (F/F_mean) log₁₀(1 + t/1 s)",
+    (_RATE,),
+    {"draw": _decades},
+    _BOTH,
+)
 MECHANISM = Mechanism(
     name="creep",
     title="Creep",
@@ -85,13 +92,7 @@ MECHANISM = Mechanism(
     touches=("displacement_mm",),
     source="logarithmic creep of polyethylene fibre: so many mm a decade of time, with the load",
     shapes=(
-        Shape(
-            "decades",
-            "x = x₀ − c (F/F_mean) log₁₀(1 + t/1 s)",
-            (_RATE,),
-            {"draw": _decades},
-            _BOTH,
-        ),
+        _MAIN,
         Shape(
             "decades_from",
             "x = x₀ − c (F/F_mean) log₁₀(1 + t/t₀)",
@@ -113,6 +114,7 @@ MECHANISM = Mechanism(
             {"draw": _power},
             _BOTH,
         ),
+        varying(_MAIN),
     ),
     checks="hold the motor still under load and watch the displacement",
 )

@@ -4,13 +4,29 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, varying
 
 
 def _shift(state: State, p: Values) -> dict[str, np.ndarray]:
     return {"hole_mm": np.maximum(state.hole_mm + p["hole_distance_change_mm"], 0.0)}
 
 
+_MAIN = Shape(
+    "shift",
+    "S = S_stated + δS",
+    (
+        Parameter(
+            "hole_distance_change_mm",
+            "mm",
+            "δS",
+            low=-5.0,
+            high=5.0,
+            typical=0.8,
+            starts=(-1.0, 1.0),
+        ),
+    ),
+    {"geometry": _shift},
+)
 MECHANISM = Mechanism(
     name="hole_distance",
     title="Hole distance off",
@@ -18,22 +34,8 @@ MECHANISM = Mechanism(
     touches=("displacement_mm", "hole_distance_mm", "torque_Nmm"),
     source="the paper's S; earlier models leave it out (S = 0)",
     shapes=(
-        Shape(
-            "shift",
-            "S = S_stated + δS",
-            (
-                Parameter(
-                    "hole_distance_change_mm",
-                    "mm",
-                    "δS",
-                    low=-5.0,
-                    high=5.0,
-                    typical=0.8,
-                    starts=(-1.0, 1.0),
-                ),
-            ),
-            {"geometry": _shift},
-        ),
+        _MAIN,
+        varying(_MAIN),
     ),
     checks="measure the holes' distance on the separator",
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, softplus
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, softplus, varying
 from tsvision.units import RAD_PER_TURN
 
 _SHARE = Parameter(
@@ -60,6 +60,7 @@ def _growing(state: State, p: Values) -> dict[str, np.ndarray]:
     return {"alpha_rad": state.alpha_rad - p["share"] * (past + width * np.expm1(-past / width))}
 
 
+_MAIN = Shape("kink", "α = α₀ − q max(α₀ − 2π n₀, 0)", (_SHARE, _ONSET), {"bundle": _kink})
 MECHANISM = Mechanism(
     name="knot_absorption",
     title="Knots take up turns",
@@ -67,7 +68,7 @@ MECHANISM = Mechanism(
     touches=("displacement_mm", "helix_angle_deg", "twist_turns", "torque_Nmm"),
     source="the paper's knots from 60 turns on; a turn that makes a knot lays no helix",
     shapes=(
-        Shape("kink", "α = α₀ − q max(α₀ − 2π n₀, 0)", (_SHARE, _ONSET), {"bundle": _kink}),
+        _MAIN,
         Shape(
             "rounded",
             "the kink rounded over w",
@@ -80,6 +81,7 @@ MECHANISM = Mechanism(
             (_SHARE, _ONSET, _WIDTH),
             {"bundle": _growing},
         ),
+        varying(_MAIN),
     ),
     checks="look for knots on the frames past the onset",
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, softplus
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, softplus, varying
 from tsvision.units import RAD_PER_TURN
 
 _LOST = Parameter(
@@ -50,6 +50,7 @@ def _width(low: float, high: float) -> Parameter:
     )
 
 
+_MAIN = Shape("sharp", "α = max(α_motor − 2π n, 0)", (_LOST,), {"motor": _sharp})
 MECHANISM = Mechanism(
     name="lost_turns",
     title="Lost turns",
@@ -57,7 +58,7 @@ MECHANISM = Mechanism(
     touches=("displacement_mm", "helix_angle_deg", "twist_turns", "torque_Nmm"),
     source="slack strings and coupling play; flat near zero, then a constant shift in turns",
     shapes=(
-        Shape("sharp", "α = max(α_motor − 2π n, 0)", (_LOST,), {"motor": _sharp}),
+        _MAIN,
         Shape(
             "rounded",
             "α = hinge of α_motor − 2π n, rounded over w",
@@ -70,6 +71,7 @@ MECHANISM = Mechanism(
             (_LOST, _width(0.2, 6.0)),
             {"motor": _settling},
         ),
+        varying(_MAIN),
     ),
     checks="count the strands' turns on a frame at few motor turns",
 )

@@ -6,7 +6,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Effect, Mechanism, Parameter, Shape, State, Values, tension_at
+from tsvision.mechanisms.shelf import (
+    Effect,
+    Mechanism,
+    Parameter,
+    Shape,
+    State,
+    Values,
+    tension_at,
+    varying,
+)
 
 ROUNDS = 4  # each round multiplies the error of r by the exponent, some hundredths to 0.3
 
@@ -90,6 +99,7 @@ _REFERENCE = Parameter(
     null=None,
 )
 _LOAD = frozenset({"load"})
+_MAIN = Shape("power", "r = r₀ (T/T_min)^−k", (_EXPONENT,), {"tension": _squeezing(_power)}, _LOAD)
 MECHANISM = Mechanism(
     name="radial_compression",
     title="Radial compression",
@@ -97,7 +107,7 @@ MECHANISM = Mechanism(
     touches=("displacement_mm", "diameter_mm", "helix_angle_deg", "torque_Nmm"),
     source="T = F/(N cos β); the paper's life-cycle table suggests r falling as a weak power of T",
     shapes=(
-        Shape("power", "r = r₀ (T/T_min)^−k", (_EXPONENT,), {"tension": _squeezing(_power)}, _LOAD),
+        _MAIN,
         Shape(
             "linear",
             "r = r₀ (1 − c T)",
@@ -134,6 +144,7 @@ MECHANISM = Mechanism(
             {"tension": _squeezing(_load_alone)},
             frozenset({"loads"}),
         ),
+        varying(_MAIN),
     ),
     checks="measure D at the lowest and the highest load, at few and at many turns",
 )

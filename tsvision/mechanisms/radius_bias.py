@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, varying
 
 
 def _absolute(state: State, p: Values) -> dict[str, np.ndarray]:
@@ -15,6 +15,23 @@ def _relative(state: State, p: Values) -> dict[str, np.ndarray]:
     return {"radius_mm": state.radius_mm * (1.0 + p["radius_change_share"])}
 
 
+_MAIN = Shape(
+    "absolute",
+    "r = D/2 + δr",
+    (
+        Parameter(
+            "radius_change_mm",
+            "mm",
+            "δr, added to D/2",
+            low=-0.75,
+            high=0.75,
+            typical=0.15,
+            of="radius_mm",
+            starts=(-0.7, 0.7, -3.0),
+        ),
+    ),
+    {"geometry": _absolute},
+)
 MECHANISM = Mechanism(
     name="radius_bias",
     title="Radius off",
@@ -22,23 +39,7 @@ MECHANISM = Mechanism(
     touches=("displacement_mm", "diameter_mm", "helix_angle_deg", "torque_Nmm"),
     source="the paper takes r = D/2; a rod simulation follows the strand centres, r = (D - d)/2",
     shapes=(
-        Shape(
-            "absolute",
-            "r = D/2 + δr",
-            (
-                Parameter(
-                    "radius_change_mm",
-                    "mm",
-                    "δr, added to D/2",
-                    low=-0.75,
-                    high=0.75,
-                    typical=0.15,
-                    of="radius_mm",
-                    starts=(-0.7, 0.7, -3.0),
-                ),
-            ),
-            {"geometry": _absolute},
-        ),
+        _MAIN,
         Shape(
             "relative",
             "r = (D/2) (1 + δ)",
@@ -56,6 +57,7 @@ MECHANISM = Mechanism(
             {"geometry": _relative},
             needs=frozenset({"bundles"}),
         ),
+        varying(_MAIN),
     ),
     like_exactly=("angle_scale", "camera_scale"),
     checks="measure D beside the separator with a caliper or a calibrated camera",

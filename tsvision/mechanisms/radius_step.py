@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, bounded
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, bounded, varying
 
 _SIZE = Parameter(
     "step_mm",
@@ -66,6 +66,7 @@ def _settling(state: State, p: Values) -> dict[str, np.ndarray]:
     return _grown(state, p, -np.expm1(-past / p["width_turns"]))
 
 
+_MAIN = Shape("sharp", "r = r₀ + δ for turns > n₀", (_SIZE, _ONSET), {"geometry": _sharp})
 MECHANISM = Mechanism(
     name="radius_step",
     title="Step of the radius",
@@ -73,7 +74,7 @@ MECHANISM = Mechanism(
     touches=("displacement_mm", "diameter_mm", "helix_angle_deg", "torque_Nmm"),
     source="change of packing of the section; overtwisted bundles thicken in mid-span",
     shapes=(
-        Shape("sharp", "r = r₀ + δ for turns > n₀", (_SIZE, _ONSET), {"geometry": _sharp}),
+        _MAIN,
         Shape(
             "sigmoid",
             "r = r₀ + δ/(1 + exp(−(turns − n₀)/w))",
@@ -89,6 +90,7 @@ MECHANISM = Mechanism(
             (_SIZE, _ONSET, _WIDTH),
             {"geometry": _settling},
         ),
+        varying(_MAIN),
     ),
     checks="look at D on the frames before and after the onset",
 )

@@ -159,6 +159,47 @@ class Shape:
     log_odds: float = 0.0  # how likely before any data, against the other shapes
 
 
+def varying(shape: Shape) -> Shape:
+    """`shape` with its size (its first parameter) drifting a little with turns and load.
+
+    Nature does not share our formulas: a cause that is 20 % stronger at one end of the data than
+    at the other is still that cause, and must not call for a second one.
+    """
+    size = shape.parameters[0].name
+
+    def wrapped(effect: Effect) -> Effect:
+        def inner(state: State, p: Values) -> dict[str, np.ndarray]:
+            drift = p["drift_with_turns"] * (2.0 * state.at.turns / state.reference.span_turns - 1)
+            drift = drift + p["drift_with_load"] * (
+                state.at.load_N / state.reference.load_mean_N - 1.0
+            )
+            return effect(state, {**p, size: p[size] * (1.0 + drift)})
+
+        return inner
+
+    return Shape(
+        f"{shape.name}_varying",
+        f"{shape.equation}, its size drifting with turns and load",
+        (*shape.parameters, _drift("turns"), _drift("load")),
+        {stage: wrapped(effect) for stage, effect in shape.effects.items()},
+        shape.needs | {"loads"},
+        shape.log_odds - 1.0,
+    )
+
+
+def _drift(what: str) -> Parameter:
+    return Parameter(
+        f"drift_with_{what}",
+        "1",
+        f"relative change of the size over the range of {what}",
+        low=-0.7,
+        high=0.7,
+        typical=0.2,
+        starts=(0.0,),
+        null=None,
+    )
+
+
 @dataclass(frozen=True)
 class Mechanism:
     """A candidate cause: its claim in words, where it shows, and its shapes."""
