@@ -14,6 +14,7 @@ def command(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="Default: rig.toml beside the frames.")
     ] = None,
+    frame: Annotated[int, typer.Option(help="The frame to show, from 0.")] = 0,
     port: Annotated[int, typer.Option(help="Port on 127.0.0.1; 0 takes a free one.")] = 0,
     browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
 ) -> None:
@@ -32,7 +33,7 @@ def command(
     opened = open_recording(recording, load_rig(known))
     folder = recording if recording.is_dir() else recording.parent
     target = out or folder / "rig.toml"
-    server = make_server(opened, target, port)
+    server = make_server(opened, target, port, start=frame)
     print(f"open {server.address}", file=sys.stderr, flush=True)
     if browser:
         webbrowser.open(server.address)

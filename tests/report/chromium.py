@@ -44,20 +44,27 @@ def ask(page: Path, script: str, folder: Path, width: int = 1280) -> tuple[Any, 
     assert CHROMIUM
     copy = folder / f"asked-{width}.html"
     copy.write_text(page.read_text("utf-8").replace("</body>", _RUN % script + "</body>"), "utf-8")
+    html, console = drawn(copy.as_uri(), folder, width)
+    said = re.search(r'<pre id="said">(.*?)</pre>', html, re.S)
+    assert said, html[-2000:]
+    return json.loads(unescape(said[1])), console
+
+
+def drawn(address: str, folder: Path, width: int = 1280) -> tuple[str, list[str]]:
+    """(the page's HTML after its scripts have run, the browser's console lines)."""
+    assert CHROMIUM
     done = subprocess.run(
         [
             CHROMIUM,
             *FLAGS,
             f"--window-size={width},900",
             f"--user-data-dir={folder / 'profile'}",
-            copy.as_uri(),
+            address,
         ],
         capture_output=True,
         text=True,
         timeout=120,
         check=True,
     )
-    said = re.search(r'<pre id="said">(.*?)</pre>', done.stdout, re.S)
-    assert said, done.stderr[-2000:]
     console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
-    return json.loads(unescape(said[1])), console
+    return done.stdout, console

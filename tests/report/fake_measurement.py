@@ -69,7 +69,7 @@ def write_fake(
     table = pd.DataFrame(knots, columns=columns)
     table.to_parquet(measured / "knots.parquet", index=False)
     table.to_csv(measured / "knots.csv", index=False)
-    summary = fake_summary(rows, turns, recording)
+    summary = fake_summary(rows, turns, recording, scale)
     (measured / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
     table = pd.DataFrame({"frame": range(len(turns)), "turns": turns})
     table.to_csv(recording / "turns.csv", index=False)
@@ -177,7 +177,9 @@ def picture(profile: Profile) -> np.ndarray:
     return image
 
 
-def fake_summary(rows: list[FrameRow], turns: np.ndarray, recording: Path) -> dict[str, object]:
+def fake_summary(
+    rows: list[FrameRow], turns: np.ndarray, recording: Path, scale: bool = True
+) -> dict[str, object]:
     """summary.json with an observed, a censored and an undetermined onset."""
     last = float(np.nanmax(turns))
     born = [r.turns for r in rows if r.knot_count > 0]
@@ -193,7 +195,10 @@ def fake_summary(rows: list[FrameRow], turns: np.ndarray, recording: Path) -> di
         "onset_reasons": {"local_overtwist_onset": "the pictures leave it open"},
         "safe": {"turns": 37.3, "displacement_mm": 18.1, "contraction_percent": 22.4},
         "notes": ["knots showed from <b>1</b> to 2 turns and were gone again"],
-        "diameter_mm": {"value": 0.4841, "sd": 0.0032},
+        "format": 1,
+        "flags": {"UNREADABLE": 1},
+        "diameter_mm": {"value": 0.4841, "sd": 0.0032} if scale else {"value": None, "sd": None},
+        "diameter_px": {"value": 20.87, "sd": 0.15},
         "helix_angle_deg": {"value": 53.7, "sd": 0.41},
         "versions": {"tsvision": "0.1.0"},
         "rig": {

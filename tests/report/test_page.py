@@ -131,6 +131,7 @@ def test_no_pictures_no_scale_no_displacement(tmp_path: Path) -> None:
     assert "plot-displacement" not in text.split("<script")[0]
     assert all(f["picture"] is None for f in data["shown"])
     assert data["shown"][20]["profile"]["s"]
+    assert "20.87 ± 0.15\u202fpx" in text
     assert "(mm)" not in re.sub(r"<script.*?</script>", "", text, flags=re.S)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import json
+import re
 import threading
 import tomllib
 from collections.abc import Iterator
@@ -12,20 +13,20 @@ from typing import Any
 
 import pytest
 
+from tests.report.chromium import CHROMIUM, drawn
 from tests.report.fake_measurement import fake_frame, write_fake
 from tsvision.errors import InputError
 from tsvision.images.frames import open_recording
 from tsvision.records import FrameResult, Recording
 from tsvision.report.setup import make_server
 from tsvision.report.setup_server import SetupServer
-from tsvision.report.setup_state import given_rig, rig_text, save_rig
+from tsvision.report.setup_state import first_readable, given_rig, rig_text, save_rig
 from tsvision.rig import load_rig
 
 
-def fake_measure(recording: Recording) -> Iterator[FrameResult]:
-    for i, file in enumerate(recording.files):
-        row, profile, _ = fake_frame(i, file, 30.0, False)
-        yield FrameResult(row, profile)
+def fake_measure(recording: Recording, index: int) -> FrameResult:
+    row, profile, _ = fake_frame(index, recording.files[index], 30.0, False)
+    return FrameResult(row, profile)
 
 
 @pytest.fixture
@@ -143,6 +144,23 @@ def test_bad_values_are_named_and_nothing_is_written(fields: dict, tmp_path: Pat
 def test_text_cannot_break_out_of_its_line() -> None:
     fields = {"camera.scale_from": "charuco", "camera.board": 'a"\n[strings]\ncount = 9\n#'}
     assert "strings" not in {k for k, v in tomllib.loads(rig_text(fields)).items() if v}
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
+def test_the_page_shows_what_was_found(served: tuple[SetupServer, Path], tmp_path: Path) -> None:
+    page, console = drawn(served[0].address, tmp_path)
+    assert console == []
+    assert "Found; is it right?" in page
+    assert re.search(r'data-lines="upper lower"[^>]* d="M\d', page)
+    assert page.count("<circle") == 4
+
+
+def test_the_frame_shown_can_be_chosen(tmp_path: Path) -> None:
+    made = write_fake(tmp_path, unreadable=5)
+    recording = open_recording(made.recording_dir)
+    assert first_readable(recording, 5).index == 6
+    with pytest.raises(InputError, match="0 to 23"):
+        first_readable(recording, 24)
 
 
 def test_names_stay_text(tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ MOST_PICTURES = 48
 PICTURE_BYTES = 1_350_000  # of JPEG in all; base64 makes a third more of it
 HEADLINE = (
     ("outer diameter D", "diameter_mm", "mm"),
+    ("outer diameter D", "diameter_px", "px"),
     ("helix angle β", "helix_angle_deg", "°"),
 )
 _HERE = Path(__file__).parent
@@ -139,9 +140,13 @@ def _headline(measured: Measured) -> list[tuple[str, str]]:
     lines = [
         ("knots begin", text) for name, text, _ in digest.onset_lines(summary) if name == "knots"
     ]
+    in_mm = (summary.get("diameter_mm") or {}).get("value") is not None
     for label, key, unit in HEADLINE:
+        if in_mm and key.endswith("_px"):
+            continue
         value = summary.get(key) or {}
-        lines.append((label, with_sd(value.get("value"), value.get("sd"), unit)))
+        if value.get("value") is not None:
+            lines.append((label, with_sd(value["value"], value.get("sd"), unit)))
     hands = [h for h in frames["handedness"] if h in ("S", "Z")]
     if hands:
         lines.append(("handedness", max(sorted(set(hands)), key=hands.count)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -32,18 +32,24 @@ _TYPED = (
 
 
 def make_server(
-    recording: Recording, rig_path: Path, port: int = 0, measure: Measure | None = None
+    recording: Recording,
+    rig_path: Path,
+    port: int = 0,
+    measure: Measure | None = None,
+    start: int = 0,
 ) -> SetupServer:
     """A server, not yet serving, for this recording; saving writes `rig_path` and stops it.
 
-    `measure` replaces the measuring of frames (for tests). InputError when no frame is readable.
+    `start` is the frame shown (or the next that is readable); `measure` replaces the measuring of
+    frames (for tests). InputError when no frame is readable.
     """
-    frame = first_readable(recording)
+    frame = first_readable(recording, start)
     shown = show_frame(frame)
-    measuring = measure or _measure
+    measuring, one = measure or measure_one, threading.Lock()
 
     def look(fields: dict[str, Any]) -> dict[str, Any]:
-        return try_rig(recording, frame.index, given_rig(fields), measuring)
+        with one:  # measuring twice at once would only be slower
+            return try_rig(recording, frame.index, given_rig(fields), measuring)
 
     def save(fields: dict[str, Any]) -> dict[str, Any]:
         old = save_rig(rig_path, fields)
@@ -67,10 +73,11 @@ def make_server(
     return server
 
 
-def _measure(recording: Recording) -> Iterator[FrameResult]:
+def measure_one(recording: Recording, index: int) -> FrameResult:
+    """One frame of a recording, as `tsvision measure` measures it."""
     from tsvision.measures.recording import measure_frames
 
-    return measure_frames(recording)
+    return next(measure_frames(recording, start=index, stop=index + 1))
 
 
 def _words(key: str) -> tuple[str, str]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from tsvision.atomic import write_text
 from tsvision.errors import InputError
-from tsvision.images.frames import iter_frames, part_of
+from tsvision.images.frames import iter_frames
 from tsvision.records import Frame, FrameResult, Recording, Rig
 from tsvision.report.digest import frame_card
 from tsvision.report.pictures import data_uri, display_bgr, fit_within, jpeg_within
@@ -20,7 +20,7 @@ from tsvision.rig import load_rig
 from tsvision.rig_keys import SECTIONS, commented_file
 
 _PICTURE_BYTES = 600_000
-Measure = Callable[[Recording], Iterator[FrameResult]]
+Measure = Callable[[Recording, int], FrameResult]
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,13 @@ class Shown:
     index: int
 
 
-def first_readable(recording: Recording) -> Frame:
-    """The first frame that can be decoded; InputError when there is none."""
-    for frame in iter_frames(recording, ahead=0):
+def first_readable(recording: Recording, start: int = 0) -> Frame:
+    """The first frame from `start` on that can be decoded; InputError when there is none."""
+    if not 0 <= start < len(recording.files):
+        raise InputError(
+            f"frame {start}: the recording holds frames 0 to {len(recording.files) - 1}"
+        )
+    for frame in iter_frames(recording, start, ahead=0):
         if frame.pixels is not None:
             return frame
     raise InputError(f"{recording.source}: no frame can be decoded, so there is nothing to show")
@@ -71,19 +75,14 @@ def _plain(value: Any) -> Any:
 
 
 def try_rig(recording: Recording, index: int, rig: Rig, measure: Measure) -> dict[str, Any]:
-    """Measure the frame shown, and a few more of the recording, with this rig.
+    """Measure the frame shown with this rig: its lines as SVG paths, its numbers and flags.
 
-    Returns the shown frame's lines as SVG paths, its numbers and flags. The camera stands still,
-    so frames from the whole recording help to find what one frame alone would not tell.
+    What stands still is learnt from the whole recording, as when it is measured in earnest.
     """
-    few = _few(recording, index)
-    part = replace(_pick(recording, few), rig=rig)
-    results = dict(zip(few, measure(part), strict=False))
-    result = results[index]
+    result = measure(replace(recording, rig=rig), index)
     row = result.row
-    paths = paths_of(trace_frame(row, result.profile, result.knots), 1.0)
     return {
-        "paths": paths,
+        "paths": paths_of(trace_frame(row, result.profile, result.knots), 1.0),
         "card": frame_card(row),
         "flags": [f for f in row.flags.split("|") if f],
         "found": math.isfinite(row.axis_x0_px),
@@ -97,26 +96,6 @@ def try_rig(recording: Recording, index: int, rig: Rig, measure: Measure) -> dic
 
 def _point(x: float, y: float) -> list[float] | None:
     return [round(x, 2), round(y, 2)] if math.isfinite(x) and math.isfinite(y) else None
-
-
-def _few(recording: Recording, index: int) -> list[int]:
-    last = len(recording.files) - 1
-    return sorted({index, last // 2, last})
-
-
-def _pick(recording: Recording, indexes: list[int]) -> Recording:
-    """A recording of these frames alone. A video is cut to the stretch up to the last of them."""
-    if recording.kind != "folder":
-        return part_of(recording, indexes[0], indexes[0] + 1)
-    return replace(
-        recording,
-        files=tuple(recording.files[i] for i in indexes),
-        turns=recording.turns[indexes],
-        time_s=recording.time_s[indexes],
-        displacement_mm=recording.displacement_mm[indexes],
-        load_N=recording.load_N[indexes],
-        cycle=recording.cycle[indexes],
-    )
 
 
 def rig_text(fields: dict[str, Any]) -> str:
