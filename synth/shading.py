@@ -83,6 +83,7 @@ def composite(
                 order[j + 1] = m
             open_share = 1.0
             strands = 1.0
+            last_x, last_y = 0.0, 0.0
             hard_done = hard <= 0.0
             for ch in range(channels):
                 colour[ch] = 0.0
@@ -100,9 +101,22 @@ def composite(
                 n = order[i]
                 k = piece[row, col, n]
                 cover = alpha[row, col, n]
+                ex, ey = inverse[k, 1, 0], inverse[k, 1, 1]
+                norm = np.sqrt(ex * ex + ey * ey)
                 du, dv = col + left - mid_px[k, 0], row + top - mid_px[k, 1]
                 xi = inverse[k, 0, 0] * du + inverse[k, 0, 1] * dv
                 eta = inverse[k, 1, 0] * du + inverse[k, 1, 1] * dv
+                norm = norm if eta > 0.0 else -norm
+                ex, ey = ex / norm, ey / norm
+                # Edges that face the same way overlap, edges that face each other add up.
+                taken = 1.0 - strands
+                union = 1.0 - strands * (1.0 - cover)
+                if 0.0 < taken < 0.999 and cover < 0.999:
+                    alike = 0.5 + 0.5 * (ex * last_x + ey * last_y)
+                    union = alike * max(taken, cover) + (1.0 - alike) * min(1.0, taken + cover)
+                last_x, last_y = ex, ey
+                if strands > 1e-6:
+                    cover = (union - taken) / strands
                 q22, q23, q33 = section[k, 0], section[k, 1], section[k, 2]
                 hw = np.sqrt(q22)
                 share = min(max(eta / hw, -0.995), 0.995)
@@ -151,7 +165,7 @@ def composite(
                     ids[row, col] = 1 + strand[k]
                 open_share *= 1.0 - cover
                 if strand[k] < fibre_id:
-                    strands *= 1.0 - cover
+                    strands = 1.0 - union
             covered[row, col] = 1.0 - strands
             if hard > 0.0 and strongest < 0.5 * hard:
                 ids[row, col] = 0

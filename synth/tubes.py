@@ -20,8 +20,8 @@ LAYERS = 4
 LEAN_LIMIT = 0.45  # cosine of the lean beyond which a piece gets round caps
 TURN_LIMIT_RAD = 0.5
 CORNER_RAD = 0.15  # a kink of the centre line (at a hole's rim) is kept as it is
-MITRE_PX = 0.1  # neighbours overlap by this much, so that no pixel falls between them
-SAGITTA_PX = 0.03  # largest gap between a chord and the curved centre line
+MITRE_PX = 0.03  # neighbours overlap by this much, so that no pixel falls between them
+SAGITTA_PX = 0.02  # largest gap between a chord and the curved centre line
 
 
 @dataclass(frozen=True)
@@ -232,16 +232,14 @@ def rasterise(
         capped = steep[k]
         start, stop = mitre[k, 0], mitre[k, 1]
         overlap = MITRE_PX * along_px
-        polygon, bow, curvature = 0.0, 0.0, 0.0
+        bow, curvature = 0.0, 0.0
         if capped:
             reach_xi = hl + hw + 0.75 * along_px
         else:
             reach_xi = hl + reach_eta * max(abs(start), abs(stop)) + overlap
-            # A straight piece stands outside its arc on both sides, and the half plane misses
-            # what the outline's own curvature takes from (or adds to) a pixel: kappa / 24.
-            turn = start + stop
-            polygon = hw * turn * turn / 24.0
-            curvature = turn / max(2.0 * hl, 1e-9)
+            # The piece is a parabola about its mean; the half plane still misses what the
+            # outline's own curvature takes from (or adds to) a pixel: kappa / 24.
+            curvature = (start + stop) / max(2.0 * hl, 1e-9)
             bow = curvature * mm_per_px * mm_per_px / 24.0
         det = a * d - b * c
         span = (abs(c) * reach_xi + abs(a) * reach_eta) / abs(det)
@@ -273,10 +271,11 @@ def rasterise(
                     xi > hl - eta * stop + overlap or xi < -hl + eta * start - overlap
                 ):
                     continue
+                eta -= 0.5 * curvature * (xi * xi - hl * hl / 3.0)
                 over = abs(xi) - hl
                 if capped and over > 0.0:
                     far = np.sqrt(over * over + eta * eta)
-                    out_px = (far - hw) / mm_per_px
+                    out_px = (far - hw) / mm_per_px + mm_per_px / (24.0 * hw)
                     if far > 1e-12:
                         gx = (over * a * (1.0 if xi > 0 else -1.0) + eta * c) / far / mm_per_px
                         gy = (over * b * (1.0 if xi > 0 else -1.0) + eta * d) / far / mm_per_px
@@ -289,7 +288,7 @@ def rasterise(
                 else:
                     edge = hw if eta > 0.0 else -hw
                     curve = bow / max(1.0 - curvature * edge, 0.3)
-                    outside = abs(eta) - hw + polygon - (curve if eta > 0.0 else -curve)
+                    outside = abs(eta) - hw - (curve if eta > 0.0 else -curve)
                     cover = _half_plane(outside / mm_per_px, nx, ny)
                     if hw < 1.5 * mm_per_px:
                         # a thin fibre: the far edge cuts the pixel too
