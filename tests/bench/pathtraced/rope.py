@@ -193,7 +193,8 @@ def carry(rope: Rope) -> list[np.ndarray]:
         a = angle + np.arctan2(site[1], site[0])
         r = np.hypot(*site)
         twisted = rope.centre + r * (np.cos(a)[:, None] * e1 + np.sin(a)[:, None] * e2)
-        tail = twisted[-1] + np.outer(np.linspace(0, 0.6, 40)[1:], [1.0, 0, 0])
+        ahead = (twisted[-1] - twisted[-2]) / np.linalg.norm(twisted[-1] - twisted[-2])
+        tail = twisted[-1] + np.outer(np.linspace(0, 0.6, 40)[1:], ahead)  # inside the spigot
         strands.append(resample(np.vstack([leg(rope, site, is_first), twisted[1:], tail])))
     return strands
 
