@@ -16,6 +16,7 @@ from tsvision.images.axis import Ridge, find_ridges
 from tsvision.images.linear import LUMA_BGR, best_weights, project, to_linear
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 
+SEARCH_PX = 640  # long side of the pictures in which candidate axes are weighed
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
 
 
@@ -122,7 +123,7 @@ def string_mask(contrast: np.ndarray, thin_px: float, level: float) -> np.ndarra
     known = np.nan_to_num(contrast)
     raw = ((known > level) | (known < -2.0 * level)).astype(np.uint8)
     k = max(1, round(thin_px)) | 1
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (k, k))
+    kernel = np.ones((k, k), np.uint8)  # a square is separable, hence fast
     return cv2.morphologyEx(cv2.morphologyEx(raw, cv2.MORPH_CLOSE, kernel), cv2.MORPH_OPEN, kernel)
 
 
@@ -138,16 +139,21 @@ def find_sight(
     pictures: uint8/uint16, grey or BGR. widths_px: smallest and largest bundle width that the rig
     makes possible. side: left | right | top | bottom | auto. None when no bundle is in view.
     """
-    ridges = find_ridges(pictures, roi_px, widths_px)
+    few = [pictures[i] for i in sorted({0, len(pictures) // 2, len(pictures) - 1})]
+    ridges = find_ridges(few, roi_px, widths_px)
     if not ridges:
         return None
-    linears = [to_linear(p, gamma) for p in pictures]
-    few = [linears[i] for i in sorted({0, len(linears) // 2, len(linears) - 1})]
     shape = pictures[0].shape[:2]
-    ridges = [*ridges, *_bisectors(ridges, shape)]
-    trials = [_settle(few, _axis_of(r, shape, roi_px), r.width_px) for r in ridges]
+    # Candidates are weighed on small pictures: only the winner is followed at full size.
+    factor = min(1.0, SEARCH_PX / max(shape))
+    small = [to_linear(_shrunk(p, factor), gamma) for p in few]
+    trials = [
+        _settle(small, _scaled(_axis_of(r, shape, roi_px), factor), r.width_px * factor)
+        for r in [*ridges, *_bisectors(ridges, shape)]
+    ]
     best = max(trials, key=lambda trial: trial[2])
-    axis, width, _ = _settle(linears, best[0], best[1])[:3]
+    linears = [to_linear(p, gamma) for p in pictures]
+    axis, width, _ = _settle(linears, _scaled(best[0], 1.0 / factor), best[1] / factor, turns=1)
     half = int(np.ceil(4.0 * width)) + 6
     strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
     weights, separation = _signal(strips, 0.5 * width)
@@ -174,6 +180,18 @@ def find_sight(
         separation=separation,
         gamma=gamma,
     )
+
+
+def _shrunk(picture: np.ndarray, factor: float) -> np.ndarray:
+    if factor >= 1.0:
+        return picture
+    return cv2.resize(picture, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+
+
+def _scaled(axis: Axis, factor: float) -> Axis:
+    """The axis in a picture resized by `factor` (pixel centres at integers)."""
+    points = (axis.points_px + 0.5) * factor - 0.5
+    return straight_axis(points[0], points[1])
 
 
 def _bisectors(ridges: list[Ridge], shape: tuple[int, int]) -> list[Ridge]:
@@ -205,19 +223,21 @@ def _bisectors(ridges: list[Ridge], shape: tuple[int, int]) -> list[Ridge]:
     return lines[:3]
 
 
-def _settle(linears: list[np.ndarray], axis: Axis, width: float) -> tuple[Axis, float, float]:
+def _settle(
+    linears: list[np.ndarray], axis: Axis, width: float, turns: int = 3
+) -> tuple[Axis, float, float]:
     """Refine a candidate axis on some frames; returns axis, width and how much speaks for it.
 
     What speaks for a bundle: columns with one run of its width on the axis, and beyond them
     columns with a leg on either side. A leg taken for the axis has neither behind the apex.
     """
     support = 0.0
-    for turn in range(3):
+    for turn in range(turns):
         half = int(np.ceil(3.2 * width)) + 6
         strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
         weights, _ = _signal(strips, 0.5 * width)
         masks = [_mask(_contrast(s, weights, width), width) for s in strips]
-        if turn == 2:
+        if turn == turns - 1:
             support = sum(_support(m, half, width) for m in masks) / len(masks)
         axis, width = _refine(axis, masks, half, width)
     return axis, width, support
@@ -260,10 +280,10 @@ def _signal(strips: list[Strip], half_core: float) -> tuple[np.ndarray, float]:
     core, ground = [], []
     for strip in strips:
         n = np.arange(-strip.half_px, strip.half_px + 1)
-        inner = strip.values[np.abs(n) < max(0.5 * half_core, 1.0)][:, ::3]
-        outer = strip.values[np.abs(n) > 3.0 * half_core][:, ::3]
-        core.append(inner.reshape(-1, 3))
-        ground.append(outer.reshape(-1, 3))
+        inner = strip.values[np.abs(n) < max(0.5 * half_core, 1.0)].reshape(-1, 3)
+        outer = strip.values[np.abs(n) > 3.0 * half_core].reshape(-1, 3)
+        core.append(inner[:: max(1, len(inner) // 1500)])
+        ground.append(outer[:: max(1, len(outer) // 1500)])
     inner, outer = np.concatenate(core), np.concatenate(ground)
     inner, outer = inner[~np.isnan(inner).any(1)], outer[~np.isnan(outer).any(1)]
     # Keep to what the strings look like most of the way: separator and connector are elsewhere.

@@ -73,6 +73,7 @@ def fit_window(
     expected_rate: float,
     before: BundleFit | None = None,
     scale_px: float = 0.5,
+    coil: bool = True,
 ) -> BundleFit | None:
     """The best helix on s_low..s_high, straight or coiled; None when too few edges are there.
 
@@ -84,35 +85,29 @@ def fit_window(
     if len(part.s_px) < 24 or not usable(part):
         return None
     middle = 0.5 * (part.s_px[0] + part.s_px[-1])
-    good_rms = max(0.12, 0.008 * diameter_px)
     warm = None
-    if before is not None:
-        warm = best_fit(
-            part,
-            section,
-            carried(before.fit, before.middle_px, middle),
-            before.fit.coiled,
-            scale_px,
-            keep=1,
-        )
-    straight = warm if warm is not None and not warm.coiled else None
-    if straight is None or straight.rms_px > good_rms:
+    if before is not None and (coil or not before.fit.coiled):
+        starts = carried(before.fit, before.middle_px, middle)
+        warm = best_fit(part, section, starts, before.fit.coiled, scale_px, keep=1)
+    best = warm
+    swings = coil and swing_px(part) > 0.03 * diameter_px
+    holds = _holds(warm, before) and not (swings and warm is not None and not warm.coiled)
+    if not holds:
         starts = straight_starts(part, section, diameter_px, expected_rate)
-        cold = best_fit(part, section, starts, False, scale_px)
-        straight = _better(straight, cold)
-    best = straight
-    swing = _swing(part)
-    suspicious = best is None or best.rms_px > good_rms or swing > 0.035 * diameter_px
-    if warm is not None and warm.coiled:
-        best = _choose(straight, warm, part)
-        suspicious = best is None or best.rms_px > 2.0 * good_rms
-    if suspicious and (s_high - s_low) > 3.0 * diameter_px:
-        starts = coiled_starts(part, section, straight, diameter_px, expected_rate)
-        coiled = best_fit(part, section, starts, True, scale_px)
-        best = _choose(best, coiled, part)
+        straight = best_fit(part, section, starts, False, scale_px)
+        best = _choose(best, straight)
+        long_enough = s_high - s_low > 3.0 * diameter_px
+        if coil and long_enough and (swings or best is None or best.cost > 0.2):
+            starts = coiled_starts(part, section, straight, diameter_px, expected_rate)
+            best = _choose(best, best_fit(part, section, starts, True, scale_px))
     if best is None:
         return None
     return BundleFit(best, float(part.s_px[0]), float(part.s_px[-1]))
+
+
+def _holds(warm: HelixFit | None, before: BundleFit | None) -> bool:
+    """Whether a fit carried over from the frame before is as good as that one was."""
+    return warm is not None and before is not None and warm.cost < 1.2 * before.fit.cost + 0.02
 
 
 def refit(edges: Edges, found: BundleFit, edge_prior_sd: float, scale_px: float = 0.5) -> BundleFit:
@@ -125,7 +120,7 @@ def refit(edges: Edges, found: BundleFit, edge_prior_sd: float, scale_px: float 
     return BundleFit(fit, found.s_low_px, found.s_high_px)
 
 
-def _swing(edges: Edges) -> float:
+def swing_px(edges: Edges) -> float:
     """rms of the middle line about its own straight trend, px."""
     w = np.minimum(edges.upper_weight, edges.lower_weight)
     keep = w > 0.2
@@ -142,7 +137,7 @@ def _better(a: HelixFit | None, b: HelixFit | None) -> HelixFit | None:
     return a if a.cost <= b.cost else b
 
 
-def _choose(a: HelixFit | None, b: HelixFit | None, edges: Edges) -> HelixFit | None:
+def _choose(a: HelixFit | None, b: HelixFit | None) -> HelixFit | None:
     """The coiled model has three parameters more: it must pay for them."""
     if a is None or b is None:
         return a if b is None else b

@@ -17,9 +17,11 @@ from tsvision.measures.strands import Silhouette, outline
 
 @dataclass(frozen=True)
 class Cut:
-    """contrast (R, M): signal minus ground over the core's contrast; s_px (M,); half_px rows."""
+    """contrast (R, M): signal minus ground over the core's contrast; light (R, M): the signal
+    itself, linear; s_px (M,); half_px: n of the last row."""
 
     contrast: np.ndarray
+    light: np.ndarray
     s_px: np.ndarray
     half_px: int
     silhouette: Silhouette
@@ -37,6 +39,8 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     values = project(strip.values, sight.weights)
     inner = 1.35 * sight.width_px
     contrast = values - ground_level(values, inner)
+    positive = np.abs(sight.weights)
+    light = values if (sight.weights >= 0).all() else project(strip.values, positive)
     n = np.arange(-half_px, half_px + 1)
     core = contrast[np.abs(n) <= max(0.2 * sight.width_px, 1.0)]
     # With few turns the axis lies between the legs most of the way: trust the brighter columns.
@@ -51,7 +55,15 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     top = 255 if pixels.dtype == np.uint8 else 65535
     saturated = float(np.mean(pixels >= top))
     return Cut(
-        contrast, strip.s_px, half_px, silhouette, level, mask, abs(ground_noise / level), saturated
+        contrast,
+        light,
+        strip.s_px,
+        half_px,
+        silhouette,
+        level,
+        mask,
+        abs(ground_noise / level),
+        saturated,
     )
 
 

@@ -8,11 +8,12 @@ what stands out.
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import grey_closing, median_filter
+from scipy.ndimage import gaussian_filter1d, grey_closing, median_filter
 
 from tsvision.records import KnotSighting
 
 RISE = 1.15  # of the baseline: where a knot begins and ends
+SLOWEST, FASTEST = 5.0, 0.8  # periods of a coil, in D
 TOP = 1.40  # of the bundle's diameter D: what its largest E must reach
 
 
@@ -45,6 +46,32 @@ def envelope_px(
     size = int(np.clip(round(period_px), 3, filled.size))
     out[index[0] : index[-1] + 1] = 2.0 * grey_closing(filled, size=size, mode="nearest")
     return out
+
+
+def middle_swing(
+    upper_px: np.ndarray, lower_px: np.ndarray, diameter_px: float
+) -> tuple[float, float]:
+    """(amplitude, period) in px of the coil, read from the middle of the two edges alone.
+
+    A two-fold section (any even N) is symmetric about its own centre line, so the middle swings
+    with the coil and with nothing else, whether a helix could be fitted or not. Bows slower than
+    `SLOWEST` D are taken out; the median makes it indifferent to fibres and knots. The period is
+    NaN where nothing swings. An edge that is exactly 0 counts as not seen.
+    """
+    both = np.flatnonzero((upper_px != 0.0) & (lower_px != 0.0))
+    if both.size < 3 * diameter_px:
+        return 0.0, float("nan")
+    columns = np.arange(both[0], both[-1] + 1)
+    middle = np.interp(columns, both, 0.5 * (upper_px + lower_px)[both])
+    middle = gaussian_filter1d(median_filter(middle, size=5, mode="nearest"), 0.08 * diameter_px)
+    swing = middle - gaussian_filter1d(middle, 0.4 * SLOWEST * diameter_px, mode="nearest")
+    amplitude = float(np.sqrt(2.0) * np.median(np.abs(swing)))
+    if amplitude < 0.03 * diameter_px:
+        return amplitude, float("nan")
+    power = np.abs(np.fft.rfft(swing * np.hanning(swing.size), 4 * swing.size)) ** 2
+    rate = np.fft.rfftfreq(4 * swing.size)
+    power[(rate * diameter_px < 1.0 / SLOWEST) | (rate * diameter_px > 1.0 / FASTEST)] = 0.0
+    return amplitude, float(1.0 / rate[int(np.argmax(power))]) if power.any() else float("nan")
 
 
 def baseline_px(envelope: np.ndarray) -> float:

@@ -11,12 +11,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsvision.flags import Flag, flags_to_text
-from tsvision.measures.bundle import BundleFit, fit_window
+from tsvision.measures.bundle import BundleFit, fit_window, swing_px
 from tsvision.measures.cut import Cut, cut_frame, find_edges
-from tsvision.measures.envelope import baseline_px, envelope_px, find_knots, unevenness_of
+from tsvision.measures.envelope import (
+    baseline_px,
+    envelope_px,
+    find_knots,
+    middle_swing,
+    unevenness_of,
+)
 from tsvision.measures.handedness import handedness_of, ridge_slope
 from tsvision.measures.helix import KC, RC, Edges, K
-from tsvision.measures.looks import Looks, near_window
+from tsvision.measures.looks import Looks
 from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px
 from tsvision.records import Frame, FrameResult, FrameRow, Profile
 
@@ -50,7 +56,7 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         flags |= Flag.FIBRES
     edges = _within(find_edges(cut, looks.shading), cut, looks)
     apex_px = _apex(cut, looks)
-    near, mid = _fits(cut, edges, looks, turns, warm, apex_px)
+    near, mid = _fits(edges, looks, turns, warm, apex_px)
     row, flags = _bundle_values(row, flags, near, mid, edges, cut, looks)
     slope, warm_slope = _handedness(cut, edges, looks, warm)
     row = replace(row, handedness=slope[0], handedness_confidence=slope[1])
@@ -122,44 +128,57 @@ def _apex(cut: Cut, looks: Looks) -> float:
     return s if seen else NAN
 
 
-def expected_rate(looks: Looks, turns: float, length_px: float) -> float:
-    """Strand rate (rad/px) that the motor's turns would give on a straight bundle of this length;
-    the two legs hold a quarter turn."""
-    if not np.isfinite(turns) or not np.isfinite(looks.ends.connector_px) or length_px <= 0:
+def expected_rate(looks: Looks, turns: float, start_px: float) -> float:
+    """Rate of strands and coiling together (rad/px) that the motor's turns lead one to expect
+    between the apex at `start_px` and the connector; the two legs hold a quarter turn."""
+    end = looks.ends.connector_px
+    if not np.isfinite(end) and looks.zero_known:
+        end = looks.zero_px + looks.zone_px
+    if not (np.isfinite(turns) and np.isfinite(end)) or end <= start_px:
         return NAN
-    return 2.0 * np.pi * max(abs(turns) - 0.25, 0.0) / length_px
+    return 2.0 * np.pi * max(abs(turns) - 0.25, 0.0) / (end - start_px)
 
 
 def _fits(
-    cut: Cut, edges: Edges, looks: Looks, turns: float, warm: Warm, apex_px: float
+    edges: Edges, looks: Looks, turns: float, warm: Warm, apex_px: float
 ) -> tuple[BundleFit | None, BundleFit | None]:
+    """Fits beside the separator and in mid-span.
+
+    A straight bundle is fitted from 0.6 D after the apex on; coiling takes 2.4 D to reach its full
+    radius, and starting earlier costs 2-6 % of pitch.
+    """
     d = looks.diameter_px
     known = np.flatnonzero((edges.upper_weight > 0) & (edges.lower_weight > 0))
-    if known.size < 20:
+    if known.size < 1.5 * d:
         return None, None
-    first, last = float(edges.s_px[known[0]]), float(edges.s_px[known[-1]])
+    first, last = float(edges.s_px[known[0]]), float(edges.s_px[known[-1]]) - 0.3 * d
     start = apex_px if np.isfinite(apex_px) else first
-    rate = expected_rate(looks, turns, last - start)
-    window = near_window(cut, d, skip=0.8 if np.isfinite(apex_px) else 0.3)
-    if window is None:
-        return None, None
-    high = min(window[1], last - 0.2 * d)
-    near = fit_window(edges, looks.section, window[0], high, d, rate, warm.near)
-    if near is not None and near.fit.coiled:
-        # Coiling needs some widths after the apex to reach its full radius.
-        low = start + 2.4 * d
-        high = min(low + max(2.2 * 2 * np.pi / near.fit.p[KC], 7.0 * d), last - 0.2 * d)
-        if high - low > 3.0 * d:
-            near = fit_window(edges, looks.section, low, high, d, rate, near) or near
-    elif near is not None:
-        pitch = near.fit.pitch_px
-        high = min(start + max(2.0 * pitch, 4.0 * d), last - 0.2 * d)
-        if high > window[1] + 0.5 * d:
-            near = fit_window(edges, looks.section, window[0], high, d, rate, near) or near
-    middle = 0.5 * (first + last)
-    span = 3.5 * d if near is None else max(3.5 * d, min(near.fit.pitch_px, 0.25 * (last - first)))
+    skip = 1.0 if np.isfinite(apex_px) else 0.25
+    rate = expected_rate(looks, turns, start)
+    beyond = edges.window(min(start + 2.4 * d * skip, last - 4.0 * d), start + 10.0 * d)
+    swings = swing_px(beyond) > 0.03 * d
+    near: BundleFit | None = None
+    if not swings:
+        low = start + 0.6 * d * skip
+        near = fit_window(
+            edges, looks.section, low, min(low + 7.0 * d, last), d, rate, warm.near, coil=False
+        )
+        if near is not None and near.fit.cost < 0.5:
+            high = min(start + max(2.0 * near.fit.pitch_px, 4.0 * d), last)
+            if abs(high - near.s_high_px) > 0.5 * d and high - low > 2.0 * d:
+                again = fit_window(edges, looks.section, low, high, d, rate, near, coil=False)
+                near = again or near
+    poor = near is None or near.fit.cost > 0.3
+    if swings or poor:
+        low = min(start + 2.4 * d * skip, max(last - 7.0 * d, start + 0.6 * d * skip))
+        coiled = fit_window(edges, looks.section, low, min(low + 8.0 * d, last), d, rate, warm.near)
+        if near is None or (coiled is not None and coiled.fit.cost < 0.9 * near.fit.cost):
+            near = coiled or near
     mid = None
+    middle = 0.5 * (first + last)
     if last - first > 12.0 * d:
+        pitch = near.fit.pitch_px if near is not None else 2.0 * d
+        span = max(3.5 * d, min(pitch, 0.25 * (last - first)))
         mid = fit_window(
             edges, looks.section, middle - span, middle + span, d, rate, warm.mid or near
         )
@@ -260,7 +279,7 @@ def _handedness(
     index = np.flatnonzero(known)
     first, last = index[0], index[-1] + 1
     centre = np.interp(s, index, 0.5 * (edges.upper_px + edges.lower_px)[index])[first:last]
-    slope = ridge_slope(cut.contrast[:, first:last], centre + cut.half_px, 0.25 * looks.diameter_px)
+    slope = ridge_slope(cut.light[:, first:last], centre + cut.half_px, 0.25 * looks.diameter_px)
     # One frame may be unsure; the sense of twist cannot change between frames of one recording.
     pooled = warm.slope_sum + slope
     decided = slope if abs(slope) > 0.08 or abs(pooled) < abs(slope) else pooled
@@ -281,6 +300,11 @@ def _centre_line(edges: Edges) -> np.ndarray:
         r = c - np.polyval(line, s)
         line = np.polyfit(s, c, 1, w=1.0 / (1.0 + (r / (1.5 * np.std(r) + 1e-6)) ** 2))
     return np.polyval(line, edges.s_px)
+
+
+def _two_fold(looks: Looks) -> bool:
+    """Whether the bundle's section is symmetric: every even number of strings."""
+    return looks.strand_count % 2 == 0
 
 
 def _envelope_values(
@@ -309,11 +333,16 @@ def _envelope_values(
     else:
         period = 0.6 * fit.pitch_px
     period = float(np.clip(period, 0.8 * looks.diameter_px, 6.0 * looks.diameter_px))
-    envelope = envelope_px(np.nan_to_num(upper), np.nan_to_num(lower), known, period)
+    diameter = row.diameter_px if np.isfinite(row.diameter_px) else looks.diameter_px
+    swing, coil_period = middle_swing(np.nan_to_num(upper), np.nan_to_num(lower), diameter)
+    if np.isfinite(coil_period):
+        period = max(period, 1.2 * coil_period)
+    if _two_fold(looks):
+        row = replace(row, coil_amplitude_mm=float(np.fmax(row.coil_amplitude_mm, swing * scale)))
+    envelope = envelope_px(np.nan_to_num(upper), np.nan_to_num(lower), known, period, diameter)
     base = baseline_px(envelope)
     s_mm = (edges.s_px - looks.zero_px) * scale
     place = looks.sight.axis.at(edges.s_px)
-    diameter = row.diameter_px if np.isfinite(row.diameter_px) else looks.diameter_px
     sd = row.diameter_px_sd if np.isfinite(row.diameter_px_sd) else 0.05 * diameter
     knots = (
         find_knots(

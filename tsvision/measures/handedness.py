@@ -6,25 +6,27 @@ import cv2
 import numpy as np
 
 
-def ridge_slope(contrast: np.ndarray, centre_row: np.ndarray, half_width_px: float) -> float:
+def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float) -> float:
     """Sign-bearing slope of the ridges in a strip, in -1..1: sum(gx gy) over sum of both squares.
 
-    contrast (R, M); centre_row (M,) the bundle's middle, along which the strip is straightened so
+    light (R, M) linear light; centre_row (M,) the bundle's middle, along which the strip is straightened so
     that coiling does not count; half_width_px: rows used on either side (keep inside the edges,
-    whose own slope alternates). Log contrast, so that lit and shadow side weigh alike.
+    whose own slope alternates). Its logarithm is taken, so that the lit and the shadow side weigh
+    alike and backlit strands, dark all over, still show their ridges.
     Positive: ridges run from lower to higher n with growing s.
     """
     reach = max(int(half_width_px), 2)
-    columns = np.arange(contrast.shape[1], dtype=np.float32)
+    columns = np.arange(light.shape[1], dtype=np.float32)
     rows = centre_row[None, :] + np.arange(-reach, reach + 1)[:, None]
     straight = cv2.remap(
-        contrast.astype(np.float32),
+        light.astype(np.float32),
         np.broadcast_to(columns, rows.shape).astype(np.float32),
         rows.astype(np.float32),
         cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE,
     )
-    log = np.log(np.maximum(straight, 0.05))
+    floor = max(0.02 * float(np.median(np.abs(straight))), 1e-4)
+    log = np.log(np.maximum(straight, floor))
     log = cv2.GaussianBlur(log, (0, 0), 0.8)
     gx = 0.5 * (log[1:-1, 2:] - log[1:-1, :-2])
     gy = 0.5 * (log[2:, 1:-1] - log[:-2, 1:-1])

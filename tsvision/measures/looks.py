@@ -26,7 +26,7 @@ class Looks:
     """All that stays the same in a recording.
 
     strand_count N and its confidence (1 when given); shading of the upper and lower edge;
-    diameter_px as learnt; half_px rows of a strip; zero_px: s of the separator's face; ends.
+    diameter_px as learnt; half_px rows of a strip; zero_px: s of the separator's face; zone_px: L.
     """
 
     sight: Sight
@@ -41,6 +41,7 @@ class Looks:
     scale: Scale
     zero_px: float
     zero_known: bool
+    zone_px: float
     hole_distance_mm: float
 
 
@@ -84,6 +85,7 @@ def learn_looks(pictures: list[np.ndarray], rig: Rig, scale: Scale) -> Looks | N
         scale=scale,
         zero_px=zero,
         zero_known=known,
+        zone_px=rig.actuator.twisting_zone_mm / scale.mm_per_px,
         hole_distance_mm=rig.actuator.hole_distance_mm,
     )
 

@@ -103,6 +103,36 @@ def _distinct_rates(rates: list[float], apart: float) -> list[float]:
     return taken
 
 
+SEARCH_DIAMETER_PX = 20.0  # wider bundles are searched on a coarser grid, then fitted in full
+
+
+def _shrunk(edges: Edges, factor: float) -> Edges:
+    """The same outline in units of `factor` px, resampled on unit spacing."""
+    s = edges.s_px / factor
+    grid = np.arange(np.ceil(s[0]), np.floor(s[-1]) + 1e-9)
+    nearest = np.clip(np.searchsorted(s, grid), 0, s.size - 1)
+    return Edges(
+        grid,
+        np.interp(grid, s, edges.upper_px / factor),
+        np.interp(grid, s, edges.lower_px / factor),
+        edges.upper_weight[nearest],
+        edges.lower_weight[nearest],
+    )
+
+
+def _rescaled(p: np.ndarray, factor: float, shift: float = 0.0) -> np.ndarray:
+    """Parameters in units of `factor` px; z counted from a middle `shift` px further on."""
+    q = p.copy()
+    q[PHI] += p[K] * shift
+    q[PHIC] += p[KC] * shift
+    q[Y0] += p[SLOPE] * shift
+    for i in (RHO, Y0, RC):
+        q[i] /= factor
+    for i in (K, KC):
+        q[i] *= factor
+    return q
+
+
 def best_fit(
     edges: Edges,
     section: Section,
@@ -113,10 +143,38 @@ def best_fit(
 ) -> HelixFit | None:
     """Run all starts for a few steps, the best `keep` to the end; None without any start."""
     free = _FREE_COILED if coiled else _FREE_STRAIGHT
-    tried = [fit_helix(edges, section, p, free, 2.0 * scale_px, iterations=4) for p in starts]
+    if not starts:
+        return None
+    width = 2.0 * starts[0][RHO] * section.diameter_d
+    factor = max(1.0, width / SEARCH_DIAMETER_PX)
+    coarse = _shrunk(edges, factor) if factor > 1.0 else edges
+    shift = 0.5 * (coarse.s_px[0] + coarse.s_px[-1]) * factor - 0.5 * (
+        edges.s_px[0] + edges.s_px[-1]
+    )
+    tried = [
+        fit_helix(
+            coarse,
+            section,
+            _rescaled(p, factor, shift),
+            free,
+            2.0 * scale_px / factor,
+            iterations=4,
+        )
+        for p in starts
+    ]
     tried.sort(key=lambda f: f.cost)
-    final = [fit_helix(edges, section, f.p, free, scale_px, iterations=25) for f in tried[:keep]]
-    return min(final, key=lambda f: f.cost) if final else None
+    final = [
+        fit_helix(
+            edges,
+            section,
+            _rescaled(f.p, 1.0 / factor, -shift / factor),
+            free,
+            scale_px,
+            iterations=25,
+        )
+        for f in tried[:keep]
+    ]
+    return min(final, key=lambda f: f.cost)
 
 
 def coiled_starts(
