@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -61,3 +62,11 @@ def test_command_text_holds_every_table(capsys: pytest.CaptureFixture[str]) -> N
 def test_unknown_table_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["validate", "--table", "nothing"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_page_on_the_paper_counts_the_cells_as_the_command_does() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "explanation" / "paper.md").read_text()
+    for status in {cell.status for cell in CELLS}:
+        count = sum(cell.status == status for cell in CELLS)
+        row = next(line for line in page.splitlines() if line.startswith(f"| {status} |"))
+        assert row.endswith(f"| {count} |")
