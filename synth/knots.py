@@ -18,6 +18,9 @@ from synth.sections import section_diameter_mm
 from synth.settings import Settings
 
 
+SNAP_TURNS = 0.6
+
+
 @dataclass(frozen=True)
 class KnotState:
     """One knot as laid: `growth` in 0..1; `radius_D` above the base coil; born at `born_turns`."""
@@ -64,7 +67,10 @@ def knot_states(
         if peak < born:
             break
         age = peak - born
-        growth = 1.0 - 0.65 * np.exp(-age / law.knot_growth_turns)
+        # a loop snaps out within SNAP_TURNS, then tightens as turns feed it
+        growth = 0.35 * _smooth(age / SNAP_TURNS) + 0.65 * (
+            1.0 - np.exp(-age / law.knot_growth_turns)
+        )
         if amount < 0.5 * born:
             growth *= max(amount / (0.5 * born), 0.0)
         moved = drift[number] * law.drift_mm_per_turn * age

@@ -13,6 +13,8 @@ from numba import njit
 from synth.camera import View, project, to_camera
 from synth.tubes import Tube
 
+FINE_PX = 0.25  # stretches of an outline longer than this are interpolated
+
 
 def fold_curves(view: View, tube: Tube) -> tuple[np.ndarray, np.ndarray]:
     """The two projected outlines (M, 2) px of one tube."""
@@ -65,18 +67,39 @@ def edges_along(
     return low, high
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _extremes(s, n, low, high):
-    count = len(low)
-    for i in range(len(s) - 1):
-        a, b = s[i], s[i + 1]
-        if a == b:
-            continue
-        start, stop = min(a, b), max(a, b)
-        first, last = max(int(np.ceil(start)), 0), min(int(np.floor(stop)), count - 1)
-        for k in range(first, last + 1):
-            value = n[i] + (n[i + 1] - n[i]) * (k - a) / (b - a)
-            if value < low[k]:
-                low[k] = value
-            if value > high[k]:
-                high[k] = value
+    """Largest and smallest n at whole s; long stretches are rounded out (Catmull-Rom)."""
+    last = len(s) - 1
+    for i in range(last):
+        length = np.hypot(s[i + 1] - s[i], n[i + 1] - n[i])
+        parts = min(int(length / FINE_PX) + 1, 64)
+        before, after = max(i - 1, 0), min(i + 2, last)
+        a, value_a = s[i], n[i]
+        for part in range(1, parts + 1):
+            t = part / parts
+            b = _between(s[before], s[i], s[i + 1], s[after], t)
+            value_b = _between(n[before], n[i], n[i + 1], n[after], t)
+            _mark(a, value_a, b, value_b, low, high)
+            a, value_a = b, value_b
+
+
+@njit(cache=True, inline="always")
+def _between(p0, p1, p2, p3, t):
+    return p1 + 0.5 * t * (
+        p2 - p0 + t * (2.0 * p0 - 5.0 * p1 + 4.0 * p2 - p3 + t * (3.0 * (p1 - p2) + p3 - p0))
+    )
+
+
+@njit(cache=True, inline="always", error_model="numpy")
+def _mark(a, value_a, b, value_b, low, high):
+    if a == b:
+        return
+    first = max(int(np.ceil(min(a, b))), 0)
+    final = min(int(np.floor(max(a, b))), len(low) - 1)
+    for k in range(first, final + 1):
+        value = value_a + (value_b - value_a) * (k - a) / (b - a)
+        if value < low[k]:
+            low[k] = value
+        if value > high[k]:
+            high[k] = value
