@@ -38,7 +38,6 @@ VERBS: dict[str, tuple[str, str]] = {
 }
 
 
-
 def help_text() -> str:
     """The top help page, from VERBS alone, so that it needs no import."""
     width = max(map(len, VERBS)) + 2
@@ -98,6 +97,8 @@ def run(arguments: list[str]) -> int:
         print(f"tsvision {verb}: stopped; finished work was kept", file=sys.stderr)
         return 130
     except SystemExit as stop:
+        if stop.code == 130:  # typer's own answer to Ctrl-C, which says nothing
+            print(f"tsvision {verb}: stopped; finished work was kept", file=sys.stderr)
         return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
     return 0
 

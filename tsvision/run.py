@@ -152,8 +152,11 @@ class Stretch:
     def __enter__(self) -> Stretch:
         return self
 
-    def __exit__(self, *problem: object) -> None:
-        self._profiles.close()
+    def __exit__(self, kind: object, *problem: object) -> None:
+        if kind is None:
+            self._profiles.close()
+        else:
+            self._profiles.abandon()
 
     def add(self, result: FrameResult) -> None:
         """Take up one frame."""

@@ -62,3 +62,16 @@ def measure_with_a_bug(recording: Recording, start: int, stop: int) -> Iterator[
     if recording.source.name == "film1":
         raise ZeroDivisionError("a bug\nin two lines")
     yield from measure(recording, start, stop)
+
+
+def measure_forever(recording: Recording, start: int, stop: int) -> Iterator[FrameResult]:
+    """Never ends."""
+    for result in measure(recording, start, stop):
+        yield result
+        time.sleep(0.05 if result.row.frame < 3 else 1000)
+
+
+def measure_b_forever(recording: Recording, start: int, stop: int) -> Iterator[FrameResult]:
+    """Recording `b` never ends."""
+    slow = recording.source.name == "b"
+    yield from (measure_forever if slow else measure)(recording, start, stop)

@@ -32,6 +32,8 @@ def test_glob(tmp_path: Path) -> None:
     items = plan(str(tmp_path / "*" / "x.mp4"), BASE)
     assert len({i.name for i in items}) == 2
     assert all(i.name.startswith("x-") for i in items)  # told apart by their path
+    make(tmp_path, "photos/1.jpg", "photos/2.jpg")  # of different things: each by itself
+    assert [i.name for i in plan(str(tmp_path / "photos" / "*.jpg"), BASE)] == ["1", "2"]
     with pytest.raises(InputError, match="matches no"):
         plan(str(tmp_path / "*.avi"), BASE)
 

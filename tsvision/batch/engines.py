@@ -34,6 +34,7 @@ class Job:
     label: Any
     function: Callable[..., Any]
     arguments: tuple[Any, ...]
+    urgent: bool = False
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class Engine(Protocol):
     """Takes jobs, gives back finished ones in any order."""
 
     def submit(self, job: Job) -> None:
-        """Queue a job."""
+        """Queue a job; an urgent one goes first."""
 
     def next_done(self) -> Done:
         """Wait for the next finished job."""
@@ -65,8 +66,8 @@ class HereEngine:
         self._waiting: deque[Job] = deque()
 
     def submit(self, job: Job) -> None:
-        """Queue a job."""
-        self._waiting.append(job)
+        """Queue a job; an urgent one goes first."""
+        (self._waiting.appendleft if job.urgent else self._waiting.append)(job)
 
     def next_done(self) -> Done:
         """Run the next job."""
@@ -95,9 +96,8 @@ class LocalEngine:
         self._suspects: deque[Job] = deque()
 
     def submit(self, job: Job) -> None:
-        """Queue a job."""
-        self._waiting.append(job)
-        self._top_up()
+        """Queue a job; an urgent one goes first."""
+        (self._waiting.appendleft if job.urgent else self._waiting.append)(job)
 
     def next_done(self) -> Done:
         """Wait for the next finished job."""
@@ -106,9 +106,7 @@ class LocalEngine:
             finished, _ = wait(self._running, return_when=FIRST_COMPLETED)
             for future in finished:
                 if not isinstance(future.exception(), BrokenProcessPool):
-                    done = _outcome(self._running.pop(future), future)
-                    self._top_up()
-                    return done
+                    return _outcome(self._running.pop(future), future)
             self._renew()
             self._top_up()
         return self._try_alone(self._suspects.popleft())
@@ -202,10 +200,13 @@ class DaskEngine:
             raise InputError(f"--scheduler {scheduler}: no answer ({error}); start it") from None
 
     def submit(self, job: Job) -> None:
-        """Queue a job."""
+        """Queue a job; an urgent one goes first."""
         from distributed import as_completed
 
-        future = self.client.submit(job.function, *job.arguments, pure=False, retries=0)
+        priority = 1 if job.urgent else 0
+        future = self.client.submit(
+            job.function, *job.arguments, pure=False, retries=0, priority=priority
+        )
         self._jobs[future.key] = job
         if self._queue is None:
             self._queue = as_completed(loop=self.client.loop)

@@ -42,7 +42,8 @@ def plan(source: str, base: Request) -> list[Item]:
     """The recordings that `source` means, in order; `base` holds what is common to all.
 
     A `.csv` is a manifest, one recording a row; a folder holds recordings (folders of frames and
-    videos); anything else is a glob of them. Raises InputError.
+    videos); anything else is a glob of them, or of pictures, each then a recording of its own.
+    Raises InputError.
     """
     path = Path(source)
     if path.is_file() and path.suffix.lower() == ".csv":
@@ -56,9 +57,9 @@ def plan(source: str, base: Request) -> list[Item]:
             )
     elif glob.has_magic(source):
         hits = sorted((Path(p) for p in glob.glob(source)), key=lambda p: natural_key(str(p)))
-        items = [_item(p, base) for p in hits if _is_recording(p)]
+        items = [_item(p, base) for p in hits if _is_recording(p) or _is_picture(p)]
         if not items:
-            raise InputError(f"{source}: matches no folder of frames and no video")
+            raise InputError(f"{source}: matches no folder of frames, no video and no picture")
     else:
         raise InputError(f"{source}: no such manifest (.csv) or folder; check the path")
     return _with_own_names(items)
@@ -87,6 +88,10 @@ def _recordings_in(folder: Path) -> list[Path]:
     except OSError as error:
         raise InputError(f"{folder}: cannot be listed ({error.strerror}); mend it") from None
     return [p for p in inside if not p.name.startswith(".") and _is_recording(p)]
+
+
+def _is_picture(path: Path) -> bool:
+    return path.is_file() and path.suffix.lower() in PICTURE_SUFFIXES
 
 
 def _is_recording(path: Path) -> bool:

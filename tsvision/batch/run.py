@@ -166,7 +166,8 @@ class _Batch:
 
     def _submit(self, label: tuple[str, str], function: Callable[..., Any], *args: Any) -> None:
         self._pending += 1
-        self._engine.submit(Job(label, function, args))
+        # what completes a recording goes first, so that a stop finds it finished
+        self._engine.submit(Job(label, function, args, urgent=label[0] == "merge"))
 
     def _take(self, done: Done) -> None:
         stage, name = done.job.label

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from array import array
+from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -116,6 +117,12 @@ class ProfileWriter:
         """Write what waits and the footer."""
         self.end_group()
         self._writer.close()
+
+    def abandon(self) -> None:
+        """Let go of the file after an error, which must not be hidden by another one."""
+        self._waiting, self._rows = [], 0
+        with suppress(OSError, pa.ArrowException):
+            self._writer.close()
 
     def end_group(self) -> None:
         """Write what waits as a row group of its own."""
