@@ -8,15 +8,16 @@ from typing import Annotated
 import typer
 
 from cli import actuator_options as options
+from cli import model_option
 
 
 def command(
     displacement: Annotated[
         str, typer.Option("--displacement", "-x", help="mm: 5,10,20 or start:stop:step")
     ],
-    model: Annotated[str, typer.Option("--model", "-m", help="One of the shelf.")] = (
-        "constant_radius"
-    ),
+    model: Annotated[
+        str, typer.Option("--model", "-m", help="One of the shelf, or verdict.json.")
+    ] = ("constant_radius"),
     paper: options.PaperOption = None,
     rig: options.RigOption = None,
     strings: options.StringsOption = None,
@@ -26,13 +27,13 @@ def command(
     diameter: options.DiameterOption = None,
     section: options.SectionOption = "pair_core",
     pitch: options.PitchOption = None,
+    load: options.LoadOption = None,
     as_json: options.JsonOption = False,
 ) -> None:
     """Motor turns that give each displacement; empty where the model has no answer."""
-    from tsvision.actuator.geometry import known_values, model_keywords
-    from tsvision.models.choose import choose_model
+    from tsvision.actuator.geometry import known_values
 
-    chosen = choose_model(model)
+    chosen = model_option.choose(model)
     geometry = options.resolve(
         paper,
         rig,
@@ -43,9 +44,11 @@ def command(
         hole_distance_mm=hole_distance,
         bundle_diameter_mm=diameter,
         pitch_mm=pitch,
+        load_N=load,
     )
+    geometry = model_option.completed(chosen, geometry)
     wanted = options.numbers(displacement, "--displacement")
-    turns = chosen.turns_for_displacement(wanted, **chosen.geometry(model_keywords(geometry)))
+    turns = chosen.turns_for_displacement(wanted, **model_option.keywords(chosen, geometry))
     pairs = [
         (x, n if n == n else None) for x, n in zip(wanted.tolist(), turns.tolist(), strict=True)
     ]

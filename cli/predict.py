@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cli import actuator_options as options
+from cli import model_option
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,9 +23,9 @@ if TYPE_CHECKING:
 
 def command(
     turns: Annotated[str, typer.Option("--turns", "-t", help="0,10,20 or start:stop:step")],
-    model: Annotated[str, typer.Option("--model", "-m", help="One of the shelf.")] = (
-        "constant_radius"
-    ),
+    model: Annotated[
+        str, typer.Option("--model", "-m", help="One of the shelf, or verdict.json.")
+    ] = ("constant_radius"),
     paper: options.PaperOption = None,
     rig: options.RigOption = None,
     strings: options.StringsOption = None,
@@ -49,11 +50,10 @@ def command(
     as_json: options.JsonOption = False,
 ) -> None:
     """Displacement (mm), slope, and with --load the motor torque; onset and limit besides."""
-    from tsvision.actuator.geometry import known_values, model_keywords
+    from tsvision.actuator.geometry import known_values
     from tsvision.actuator.outlook import outlook
-    from tsvision.models.choose import choose_model
 
-    chosen = choose_model(model)
+    chosen = model_option.choose(model)
     geometry = options.resolve(
         paper,
         rig,
@@ -68,7 +68,8 @@ def command(
         load_N=load,
     )
     at = options.numbers(turns, "--turns")
-    keywords = chosen.geometry(model_keywords(geometry))
+    geometry = model_option.completed(chosen, geometry)
+    keywords = model_option.keywords(chosen, geometry)
     columns = {
         "turns": at,
         "displacement_mm": chosen.displacement_mm(at, **keywords),

@@ -6,6 +6,7 @@ from tsvision.diagnosis.select import CLASS_WIDTH, Candidate, Selection
 from tsvision.mechanisms import MECHANISMS
 
 TEMPER = 0.03  # share of the gain by which the class widens when even the best does not fit well
+MOST_TEMPER = 5.0
 
 
 def equivalent_sets(
@@ -18,7 +19,9 @@ def equivalent_sets(
     chosen = selection.chosen
     if chosen is None:
         return [], []
-    width = CLASS_WIDTH if fits_well else CLASS_WIDTH + TEMPER * selection.gain(chosen)
+    width = CLASS_WIDTH
+    if not fits_well:
+        width += min(TEMPER * selection.gain(chosen), MOST_TEMPER)
     rivals = [
         c
         for c in selection.candidates

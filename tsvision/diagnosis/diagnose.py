@@ -308,6 +308,22 @@ def _model(problem: Problem, shown: Fit) -> dict[str, Any]:
             "strings": float(at.strings.mean()),
             "load_N": float(at.load_N.mean()),
         },
+        "shifts": _shifts(problem, shown),
+    }
+
+
+def _shifts(problem: Problem, shown: Fit) -> dict[str, float]:
+    """How far the fit moved the inputs within their tolerances, and the common zero of x."""
+    table = problem.table
+    state = problem.state(shown.z[None])
+    zeroing = 0.0
+    if problem.offsets.shape[1]:
+        zeroing = float(problem.offsets[:, -1].max() * shown.offsets[-1])
+    return {
+        "radius_share": float(np.mean(state.radius_mm / table.at.radius_mm) - 1.0),
+        "twisting_zone_mm": float(np.mean(state.zone_mm - table.at.twisting_zone_mm)),
+        "hole_distance_mm": float(np.mean(state.hole_mm - table.at.hole_distance_mm)),
+        "offset_mm": zeroing,
     }
 
 

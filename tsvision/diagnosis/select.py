@@ -17,7 +17,7 @@ CLASS_WIDTH = 3.0  # sets this close to the best cannot be told from it
 FIRST_PARTNERS = 5  # mechanisms that are tried as the first of a pair
 PAIRS_REFINED = 12
 DEEPENED = 4
-SECOND_SHARE = 0.06  # a further cause must gain this share of what the first gained
+SECOND_SHARE = 0.04  # a further cause must gain this share of what the first gained
 PRIOR_LOG_ODDS = {"variable_radius": -1.0}  # the paper refutes it for the overtwist phase
 
 

@@ -1,0 +1,53 @@
+"""`--model NAME` or `--model verdict.json`: of the shelf, or as a diagnosis extended it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tsvision.actuator.geometry import Geometry
+
+
+def choose(name: str) -> Any:
+    """The shelf's model of that name, or the extended model of a verdict's JSON."""
+    if name.endswith(".json"):
+        from tsvision.diagnosis.extended import load_model
+
+        return load_model(Path(name))
+    from tsvision.models.choose import choose_model
+
+    return choose_model(name)
+
+
+def keywords(chosen: Any, geometry: Geometry) -> dict[str, Any]:
+    """What the model takes of the geometry; an extended one fills the rest from its data."""
+    from tsvision.actuator.geometry import model_keywords
+
+    known: dict[str, Any] = dict(model_keywords(geometry))
+    if geometry.strings is not None:
+        known["strings"] = float(geometry.strings)
+    if geometry.load_N == geometry.load_N:
+        known["load_N"] = geometry.load_N
+    return chosen.geometry(known)
+
+
+def completed(chosen: Any, geometry: Geometry) -> Geometry:
+    """`geometry` with its gaps filled from an extended model's own data."""
+    nominal = getattr(chosen, "nominal", None)
+    if nominal is None:
+        return geometry
+    own = {
+        "strings": round(nominal["strings"]),
+        "string_diameter_mm": nominal["string_diameter_mm"],
+        "twisting_zone_mm": nominal["twisting_zone_mm"],
+        "hole_distance_mm": nominal["hole_distance_mm"],
+        "bundle_diameter_mm": 2 * nominal["radius_mm"],
+    }
+    missing = {
+        key: value
+        for key, value in own.items()
+        if getattr(geometry, key) is None or getattr(geometry, key) != getattr(geometry, key)
+    }
+    return replace(geometry, **missing)
