@@ -88,5 +88,5 @@ def test_dirt_that_is_there_from_the_start_is_no_knot_and_is_named() -> None:
     ]
     told = account(series.frames, pd.DataFrame(rows, columns=KNOT_COLUMNS), RIG)
     assert told.onsets["knot_onset"].status == "not_observed"
-    assert any("no knot" in note for note in told.notes)
+    assert any("hardware" in note for note in told.notes)
     assert len(told.rejected) == len(rows)

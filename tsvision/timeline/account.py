@@ -210,5 +210,8 @@ def _notes(order: Order, tracking: Tracking) -> tuple[str, ...]:
     for track in tracking.tracks.itertuples():
         if track.artefact:
             where = f"{track.first_centre_mm:.4g} mm"
-            notes.append(f"what stands out at {where} from the start never changed: no knot")
+            notes.append(
+                f"what stands out at {where} was there before anything could knot and did not "
+                "grow: taken for hardware, dirt or a knot of an earlier winding"
+            )
     return tuple(notes)

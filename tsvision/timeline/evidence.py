@@ -96,7 +96,7 @@ def knot_evidence(frames: pd.DataFrame, certainty: np.ndarray, criteria: Criteri
     seen = np.isfinite(certainty)
     chance = np.clip(np.where(seen, certainty, 0.5), 0.02, 0.98)
     speaks_for = np.log(chance / (1.0 - chance))
-    miss = np.clip(norm.cdf(_margin(frames, criteria) / ENVELOPE_NOISE), 0.03, 0.5)
+    miss = np.clip(norm.cdf(_margin(frames, criteria) / ENVELOPE_NOISE), 0.03, 0.3)
     straight = ratio_of(frames, "coil_amplitude") < STRAIGHT * criteria.coil_ratio
     result = np.where(seen, speaks_for - STRAIGHT_COST * straight, np.log(miss))
     return np.where(measured(frames), np.clip(result, -MOST, MOST), 0.0)

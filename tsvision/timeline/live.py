@@ -19,11 +19,15 @@ from tsvision.timeline.account import Account, account
 from tsvision.timeline.chain import emissions, independence, start, transition
 from tsvision.timeline.criteria import LEVEL_OF_ONSET, PHASES, Criteria, Rates
 from tsvision.timeline.tables import tables
-from tsvision.timeline.tracks import ARTEFACT_TURNS, CONFIDENCE_IF_UNKNOWN
+from tsvision.timeline.tracks import (
+    ARTEFACT_GROWTH,
+    ARTEFACT_REACH_D,
+    ARTEFACT_TURNS,
+    CONFIDENCE_IF_UNKNOWN,
+)
 
 TAIL = 15  # frames over which noise and D are taken; a longer memory costs time and brings little
 SWING_TURNS = 1.5  # turning back by more than this means unwinding
-ARTEFACT_SIZE = 0.15
 
 
 @dataclass(frozen=True)
@@ -94,7 +98,7 @@ class Live:
     def _sightings(self, result: FrameResult) -> tuple[np.ndarray, np.ndarray]:
         """Certainty and largest diameter (1,) of this frame's knots, without what was there from
         the start of a recording that began untwisted."""
-        if len(self.results) <= 3 and abs(result.row.turns) < ARTEFACT_TURNS:
+        if self._winding and abs(result.row.turns) < ARTEFACT_TURNS:
             self._dirt += [(k.centre_x_px, k.max_diameter_mm) for k in result.knots]
         against, largest = float("nan"), float("nan")
         for knot in result.knots:
@@ -107,10 +111,9 @@ class Live:
         return np.array([1 - against]), np.array([largest])
 
     def _is_dirt(self, x_px: float, size_mm: float, diameter_px: float) -> bool:
-        reach = 2 * diameter_px if np.isfinite(diameter_px) else 40.0
+        reach = ARTEFACT_REACH_D * (diameter_px if np.isfinite(diameter_px) else 20.0)
         return any(
-            abs(x_px - x) < reach and not abs(size_mm / size - 1) > ARTEFACT_SIZE
-            for x, size in self._dirt
+            abs(x_px - x) < reach and not size_mm > ARTEFACT_GROWTH * size for x, size in self._dirt
         )
 
     def _advance(self, spoken: dict[int, float], wind: float) -> None:

@@ -23,8 +23,9 @@ GATE_D = 2.0  # how far from its prediction a knot may turn up, in D, beside hal
 GATE_D_PER_TURN = 0.25
 MISS_COST = 1.5  # log-odds that a frame without a sighting takes from a track
 CONFIRMED = 2.5  # log-odds from which a track counts
-ARTEFACT_TURNS = 5.0  # what stands out from below this turn count on, and stays as it is …
-ARTEFACT_GROWTH = 0.15  # … within this share, is dirt on the string and no knot
+ARTEFACT_TURNS = 5.0  # what stands out below this turn count, before anything can coil, …
+ARTEFACT_REACH_D = 1.5  # … makes all that stands out at the same place …
+ARTEFACT_GROWTH = 1.3  # … and is not larger than this many times: hardware, dirt, a fibre
 
 
 @dataclass
@@ -77,8 +78,27 @@ def track_knots(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> Trac
     for track in tracks:
         number[track.rows] = track.number
         supported[track.rows] = np.minimum(odds[track.rows], _net_odds(track, order))
-    table = _describe(tracks, frames, knots, order)
-    return Tracking(number, table, *_verdicts(number, table), 1 / (1 + np.exp(-supported)))
+    artefact = _artefacts(tracks, place, numbers(knots, "max_diameter_mm"), order)
+    table = _describe(tracks, frames, knots, order, artefact)
+    confirmed = np.isin(number, table.loc[table["confirmed"], "track"])
+    return Tracking(number, table, confirmed, artefact, 1 / (1 + np.exp(-supported)))
+
+
+def _artefacts(
+    tracks: list[Track], place: np.ndarray, size: np.ndarray, order: Order
+) -> np.ndarray:
+    """(rows,) sightings of what was there before anything could knot, and did not grow."""
+    found = np.zeros(len(place), dtype=bool)
+    for track in tracks:
+        wind = order.wind[track.steps]
+        early = np.array(track.rows)[(wind < ARTEFACT_TURNS) & (order.direction[track.steps] > 0)]
+        if order.run[track.steps[0]] != 0 or not len(early) or len(track.rows) < 2:
+            continue
+        here = np.abs(place - np.median(place[early])) < ARTEFACT_REACH_D
+        first = size[early][np.isfinite(size[early])]
+        limit = ARTEFACT_GROWTH * float(np.median(first)) if len(first) else np.inf
+        found |= here & ~(size > limit)
+    return found
 
 
 def _net_odds(track: Track, order: Order) -> float:
@@ -217,7 +237,11 @@ def _retire(live: list[Track], done: list[Track], matched: set[int], step: int) 
 
 
 def _describe(
-    tracks: list[Track], frames: pd.DataFrame, knots: pd.DataFrame, order: Order
+    tracks: list[Track],
+    frames: pd.DataFrame,
+    knots: pd.DataFrame,
+    order: Order,
+    artefact: np.ndarray,
 ) -> pd.DataFrame:
     names = frames["frame"].to_numpy()[order.rows]
     size = numbers(knots, "max_diameter_mm")
@@ -241,7 +265,7 @@ def _describe(
                 "growth": _growth(sizes),
                 "confidence": 1 / (1 + np.exp(-np.clip(track.log_odds, -30, 30))),
                 "confirmed": bool(track.log_odds >= CONFIRMED and (len(sizes) > 1 or ends_open)),
-                "artefact": _is_artefact(track, sizes, order),
+                "artefact": bool(artefact[track.rows].mean() > 0.5),
                 "origin": track.origin,
                 "end": "lasts" if ends_open else track.end,
             }
@@ -284,22 +308,3 @@ def _growth(sizes: np.ndarray) -> float:
         return float("nan")
     third = max(1, len(sizes) // 3)
     return float(np.median(sizes[-third:]) / np.median(sizes[:third]) - 1.0)
-
-
-def _is_artefact(track: Track, sizes: np.ndarray, order: Order) -> bool:
-    """There from the first frames of a recording that begins untwisted, and never grew."""
-    early = track.steps[0] <= 2 and order.wind[track.steps[0]] < ARTEFACT_TURNS
-    growth = _growth(sizes)
-    steady = not np.isfinite(growth) or abs(growth) < ARTEFACT_GROWTH
-    still = float(np.ptp(track.places)) < GATE_D
-    return bool(early and order.direction[track.steps[0]] > 0 and steady and still)
-
-
-def _verdicts(number: np.ndarray, table: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-    """(rows,) confirmed and (rows,) artefact, from the tracks' verdicts."""
-    confirmed = dict(zip(table["track"], table["confirmed"], strict=True))
-    artefact = dict(zip(table["track"], table["artefact"], strict=True))
-    return (
-        np.array([bool(confirmed.get(t, False)) for t in number], dtype=bool),
-        np.array([bool(artefact.get(t, False)) for t in number], dtype=bool),
-    )
