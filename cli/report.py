@@ -35,20 +35,35 @@ def command(
         Path | None, typer.Option(help="Page over many recordings (default: overview.html).")
     ] = None,
 ) -> None:
-    """Write report.html into each measured folder; with several also one page over all."""
-    from tsvision.report.page import write_report
+    """Write report.html into each measured folder; with several also one page over all.
 
-    if len(folders) > 1 and (recording or verdict):
+    A DIR may also be a batch's --out: then each recording in it is meant.
+    """
+    from tsvision.report.page import write_report
+    from tsvision.results.table import measured_below
+
+    meant = [place for folder in folders for place in measured_below(folder).values() or [folder]]
+    if len(meant) > 1 and (recording or verdict):
         raise InputError("--recording and --verdict go with one DIR; give them one at a time")
     answer = _read_verdict(verdict) if verdict else None
-    for folder in folders:
-        found = _recording(folder, recording)
-        print(write_report(folder, found, answer or _own_verdict(folder)))
-        _more(folder, found, video, sheet, viewer, viewer_file)
-    if len(folders) > 1:
+    done, problems = [], []
+    for folder in meant:
+        try:
+            found = _recording(folder, recording)
+            print(write_report(folder, found, answer or _own_verdict(folder)))
+            _more(folder, found, video, sheet, viewer, viewer_file)
+            done.append(folder)
+        except InputError as problem:
+            if len(meant) == 1:
+                raise
+            problems.append(str(problem))
+    if len(meant) > 1 and done:
         from tsvision.report.many import write_overview
 
-        print(write_overview(folders, out or Path("overview.html")))
+        place = folders[0] if len(folders) == 1 else Path()
+        print(write_overview(done, out or place / "overview.html"))
+    if problems:
+        raise InputError(f"{len(problems)} of {len(meant)} failed: {'; '.join(problems)}")
 
 
 def _more(

@@ -15,6 +15,7 @@ from tests.report.fake_measurement import Fake, write_fake
 from tsvision.errors import InputError
 from tsvision.images.frames import open_recording
 from tsvision.models import MODELS
+from tsvision.report import page
 from tsvision.report.many import write_overview
 from tsvision.report.page import PICTURE_BYTES, as_script_json, write_report
 
@@ -71,6 +72,19 @@ def test_many_frames_share_one_budget_of_pictures(tmp_path: Path) -> None:
     assert {data["shown"][0]["at"], data["shown"][-1]["at"]} == {0, 89}
     pictures = sum(len(f["picture"]["href"]) for f in data["shown"])
     assert 0 < pictures < 1.4 * PICTURE_BYTES
+
+
+def test_a_long_recording_is_thinned_in_the_plots_and_keeps_what_is_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page, "MOST_ROWS", 60)
+    made = write_fake(tmp_path, turns=np.linspace(0, 60, 200), unreadable=None)
+    text = write_report(made.measure_dir).read_text("utf-8")
+    data = page_data(text)
+    assert 50 <= len(data["x"]) <= 60
+    assert f"{len(data['x'])} of 200 frames, evenly chosen" in text
+    for frame in data["shown"]:
+        assert data["frames"][frame["at"]] == frame["frame"]
 
 
 def test_names_that_look_like_html_stay_text(fake: Fake) -> None:

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from jinja2 import Environment, FileSystemLoader
+from jinja2 import Environment, FileSystemLoader, UndefinedError
 from markupsafe import Markup
 
 from tsvision.atomic import write_text
+from tsvision.errors import InputError
 from tsvision.records import Frame, Recording
 from tsvision.report import digest, palette, shown
 from tsvision.report.kymograph import colour_bar, kymograph
@@ -24,6 +25,7 @@ from tsvision.report.wording import ONSET_NAMES, UNKNOWN, plain, with_sd
 
 PAGE_NAME = "report.html"
 MOST_PICTURES = 48
+MOST_ROWS = 3000  # in the plots; a longer recording is thinned evenly
 PICTURE_BYTES = 1_350_000  # of JPEG in all; base64 makes a third more of it
 HEADLINE = (
     ("outer diameter D", "diameter_mm", "mm"),
@@ -62,8 +64,10 @@ def write_report(
         table=digest.frame_lines(measured.frames, in_px),
         unit=data["unit"],
         rig=digest.rig_lines(rig_of(measured.summary)),
-        verdict=verdict,
+        verdict=_verdict_part(verdict),
         phases=palette.PHASES,
+        thinned=len(data["x"]) < len(measured.frames),
+        data_rows=len(data["x"]),
         has_kymograph=data["kymograph"] is not None,
         has_displacement=bool(np.isfinite(data["series"]["displacement"]).any()),
     )
@@ -110,6 +114,8 @@ def page_data(measured: Measured, chosen: list[int], pictures: dict[int, Frame])
     """All that the page's script draws, as plain values; `chosen` are positions in the table."""
     frames = measured.frames
     in_px = not np.isfinite(frames["diameter_mm"].to_numpy(float)).any()
+    kept = shown.choose(len(frames), MOST_ROWS, chosen)
+    frames = frames.iloc[kept]
     axis = abscissa(frames)
     columns = series(frames, in_px)
     phases = [p if isinstance(p, str) else "" for p in frames["phase"]]
@@ -130,9 +136,21 @@ def page_data(measured: Measured, chosen: list[int], pictures: dict[int, Frame])
         "onsets": {ONSET_NAMES[n]: summary[n] for n in ONSET_NAMES if n in summary},
         "predicted": predictions(axis.x, diameter, rig) if known else {},
         "kymograph": _kymograph(measured, in_px),
-        "shown": _shown(measured, chosen, pictures, in_px),
-        "start": _start(chosen, columns["knots"]),
+        "shown": _shown(measured, chosen, pictures, in_px, {p: i for i, p in enumerate(kept)}),
+        "start": _start(chosen, measured.frames["knot_count"].to_numpy(float)),
     }
+
+
+def _verdict_part(verdict: dict[str, Any] | None) -> Markup:
+    """The verdict's section; InputError when it is not of the form that `diagnose` writes."""
+    if verdict is None:
+        return Markup()
+    try:
+        return Markup(render("verdict.html", data={}, verdict=verdict))
+    except (TypeError, ValueError, AttributeError, UndefinedError) as problem:
+        raise InputError(
+            f"the verdict is not of the form that `tsvision diagnose --json` prints ({problem})"
+        ) from None
 
 
 def _headline(measured: Measured) -> list[tuple[str, str]]:
@@ -169,8 +187,13 @@ def _start(chosen: list[int], knots: np.ndarray) -> int:
 
 
 def _shown(
-    measured: Measured, chosen: list[int], pictures: dict[int, Frame], in_px: bool
+    measured: Measured,
+    chosen: list[int],
+    pictures: dict[int, Frame],
+    in_px: bool,
+    place: dict[int, int],
 ) -> list[dict[str, Any]]:
+    """What the page shows of each chosen frame; `at` is its place among the rows plotted."""
     rows = [measured.row(i) for i in chosen]
     profiles = [measured.profile(r) for r in rows]
     knots = [measured.sightings(r.frame) for r in rows]
@@ -184,7 +207,7 @@ def _shown(
     step = max(1.0, (window[2] - window[0]) / 1280)
     return [
         {
-            "at": at,
+            "at": place[at],
             "frame": row.frame,
             "picture": shown.picture_of(pictures[at], window, budget) if at in pictures else None,
             "problem": pictures[at].problem if at in pictures else "no picture was given",

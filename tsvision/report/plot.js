@@ -47,15 +47,19 @@ class Plot {
     host.appendChild(this.root);
     this.draw();
     let width = host.clientWidth;
+    // On paper there is no width to ask for: a column of the page, or all of it.
+    addEventListener("beforeprint", () => { this.paper = host.closest(".plots") ? 340 : 700; this.draw(); });
+    addEventListener("afterprint", () => { this.paper = 0; this.draw(); });
     new ResizeObserver(() => {
-      if (Math.abs(host.clientWidth - width) > 1) { width = host.clientWidth; this.draw(); }
+      if (this.paper) return;
+      if (Math.abs(host.clientWidth - width) > 1) { width = host.clientWidth; requestAnimationFrame(() => this.draw()); }
     }).observe(host);
   }
 
   draw() {
     const { spec, root } = this;
     root.replaceChildren();
-    this.width = Math.max(260, this.host.clientWidth || 640);
+    this.width = this.paper || Math.max(260, this.host.clientWidth || 640);
     this.height = spec.height || 250;
     const yTicks = ticks(...spec.y.range, this.height / 45).filter(([v]) => !spec.y.whole || Number.isInteger(v));
     const widest = Math.max(...yTicks.map((t) => t[1].length), 2);
@@ -142,7 +146,14 @@ class Plot {
     svg("path", { d, fill: "none", stroke: colour, "stroke-width": wide || 1.8, "stroke-dasharray": dash || "", "stroke-linejoin": "round" }, this.inside);
   }
 
+  // Two standard uncertainties: bars, or where they would touch a band.
   layer_ribbon({ x, y, sd, colour }) {
+    if (x.length > 150) {
+      const at = x.map((v, i) => i).filter((i) => known(x[i]) && known(y[i]) && known(sd[i]));
+      const side = (sign) => (i) => `${this.px(x[i]).toFixed(1)} ${this.py(y[i] + sign * 2 * sd[i]).toFixed(1)}`;
+      if (at.length > 1) svg("path", { d: `M${at.map(side(1)).join("L")}L${at.reverse().map(side(-1)).join("L")}Z`, fill: colour, opacity: 0.25 }, this.inside);
+      return;
+    }
     x.forEach((v, i) => {
       if (!known(v) || !known(y[i]) || !known(sd[i])) return;
       const at = this.px(v), low = this.py(y[i] - 2 * sd[i]), high = this.py(y[i] + 2 * sd[i]);
@@ -151,7 +162,8 @@ class Plot {
   }
 
   layer_points({ x, y, colour, hollow, square }) {
-    const r = x.length > 300 ? 1.6 : 3;
+    if (x.length > 300) return this.dots(x, y, colour, hollow);
+    const r = 3;
     x.forEach((v, i) => {
       if (!known(v) || !known(y[i])) return;
       const look = { fill: hollow && hollow[i] ? "var(--panel)" : colour, stroke: colour, "stroke-width": 1.5 };
@@ -159,6 +171,17 @@ class Plot {
       if (square) svg("rect", { x: cx - r, y: cy - r, width: 2 * r, height: 2 * r, ...look }, this.inside);
       else svg("circle", { cx, cy, r, ...look }, this.inside);
     });
+  }
+
+  // Many points as one path, flagged ones paler: a thousand circles would be slow.
+  dots(x, y, colour, hollow) {
+    for (const flagged of [false, true]) {
+      let d = "";
+      x.forEach((v, i) => {
+        if (known(v) && known(y[i]) && Boolean(hollow && hollow[i]) === flagged) d += `M${this.px(v).toFixed(1)} ${this.py(y[i]).toFixed(1)}h0`;
+      });
+      if (d) svg("path", { d, stroke: colour, "stroke-width": 3, "stroke-linecap": "round", opacity: flagged ? 0.35 : 1 }, this.inside);
+    }
   }
 
   layer_level({ y, label, colour, dash, below }) {
@@ -188,6 +211,11 @@ class Plot {
 
   layer_boxes({ boxes, colour }) {
     for (const [x0, x1, y0, y1, name] of boxes) {
+      if (this.px(x1) - this.px(x0) < 8) {  // close together: their ends along s alone
+        for (const [colourOf, wide] of [["#000", 3], [colour, 1.5]])
+          svg("path", { d: [y0, y1].map((y) => `M${this.px(x0)} ${this.py(y)}H${this.px(x1)}`).join(""), stroke: colourOf, "stroke-width": wide }, this.inside);
+        continue;
+      }
       const place = { x: this.px(x0), y: this.py(y1), width: Math.max(2, this.px(x1) - this.px(x0)), height: Math.max(2, this.py(y0) - this.py(y1)), fill: "none" };
       svg("rect", { ...place, stroke: "#000", "stroke-width": 3 }, this.inside);
       const rect = svg("rect", { ...place, stroke: colour, "stroke-width": 1.5 }, this.inside);

@@ -91,7 +91,7 @@ function makeHandles() {
     byId("handles").appendChild(node);
   }
   size();
-  new ResizeObserver(size).observe(view);
+  new ResizeObserver(() => requestAnimationFrame(size)).observe(view);
 }
 
 async function post(name) {

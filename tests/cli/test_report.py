@@ -1,0 +1,85 @@
+"""`tsvision report` as a person calls it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cli.main import run
+from tests.report.fake_measurement import write_fake
+
+TURNS = np.linspace(0, 60, 5)
+
+
+def test_one_folder_finds_its_frames_beside_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = write_fake(tmp_path, TURNS)
+    assert run(["report", str(made.measure_dir), "--sheet"]) == 0
+    told = capsys.readouterr()
+    assert told.out.split() == [
+        str(made.measure_dir / "report.html"),
+        str(made.measure_dir / "sheet.png"),
+    ]
+    assert told.err == ""
+    assert "data:image/jpeg" in (made.measure_dir / "report.html").read_text("utf-8")
+
+
+def test_frames_that_are_gone_are_said_to_be(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = write_fake(tmp_path, TURNS)
+    made.recording_dir.rename(tmp_path / "elsewhere")
+    assert run(["report", str(made.measure_dir)]) == 0
+    assert "--recording" in capsys.readouterr().err
+    assert run(["report", str(made.measure_dir), "--video"]) == 2
+    there = str(tmp_path / "elsewhere")
+    assert run(["report", str(made.measure_dir), "--recording", there]) == 0
+
+
+def test_a_batch_s_folder_gives_a_page_each_and_one_over_all(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shelf = tmp_path / "out" / "recordings"
+    for name in ("a", "b"):
+        made = write_fake(tmp_path / name, TURNS)
+        shelf.mkdir(parents=True, exist_ok=True)
+        made.measure_dir.rename(shelf / name)
+    assert run(["report", str(tmp_path / "out")]) == 0
+    assert capsys.readouterr().out.split()[-1] == str(tmp_path / "out" / "overview.html")
+    assert 'href="recordings/b/report.html"' in (tmp_path / "out/overview.html").read_text("utf-8")
+
+
+def test_one_bad_folder_stops_no_other(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    good = write_fake(tmp_path / "good", TURNS).measure_dir
+    bad = write_fake(tmp_path / "bad", TURNS).measure_dir
+    (bad / "profiles.parquet").write_bytes(b"PAR1")
+    out = tmp_path / "over.html"
+    assert run(["report", str(bad), str(good), "--out", str(out)]) == 2
+    told = capsys.readouterr()
+    assert "1 of 2 failed" in told.err
+    assert "profiles.parquet" in told.err
+    assert (good / "report.html").is_file()
+    assert out.is_file()
+
+
+@pytest.mark.parametrize("text", ["", "[1]", "{", "null", '"x"'])
+def test_a_verdict_that_is_none_is_refused(
+    text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = write_fake(tmp_path, TURNS)
+    verdict = tmp_path / "v.json"
+    verdict.write_text(text)
+    assert run(["report", str(made.measure_dir), "--verdict", str(verdict)]) == 2
+    assert "v.json" in capsys.readouterr().err
+
+
+def test_a_verdict_beside_the_tables_is_shown(tmp_path: Path) -> None:
+    made = write_fake(tmp_path, TURNS)
+    verdict = {"status": "no_discrepancy", "causes": [], "evidence": None, "gain": None}
+    (made.measure_dir / "verdict.json").write_text(json.dumps(verdict))
+    assert run(["report", str(made.measure_dir)]) == 0
+    assert "no discrepancy" in (made.measure_dir / "report.html").read_text("utf-8")

@@ -1,0 +1,39 @@
+"""Whatever stands in a verdict file, the page shows it as text or says that it is none."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tsvision.errors import InputError
+from tsvision.report.page import _verdict_part
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=20),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner),
+    max_leaves=8,
+)
+KEYS = ("status", "causes", "equivalent", "base", "extended", "gain", "evidence", "residual")
+VERDICTS = st.fixed_dictionaries({}, optional=dict.fromkeys((*KEYS, "next_experiment"), JSON))
+
+
+@settings(max_examples=300, deadline=None)
+@given(VERDICTS)
+def test_any_json_is_shown_or_refused(verdict: dict[str, Any]) -> None:
+    try:
+        assert "What the model gets wrong" in _verdict_part(verdict)
+    except InputError as problem:
+        assert "diagnose" in str(problem)
+
+
+def test_text_in_a_verdict_stays_text() -> None:
+    evil = "<script>alert(1)</script>"
+    verdict = {
+        "status": evil,
+        "causes": [{"name": evil, "parameters": {evil: {"value": evil, "unit": evil}}}],
+        "equivalent": [[evil], [evil]],
+        "next_experiment": {"observable": evil, "separates": [evil], "unit": evil},
+    }
+    assert "<script" not in _verdict_part(verdict)
