@@ -11,7 +11,8 @@ p_px_% / p_mm_% median and rms of pitch_px at the local scale along the axis; of
 beta_deg        rms of β;  hand: frames right of those with a twist
 knots           hits-misses-false over frames;  onset: measured [low, high] against the truth
 cover           share of frames whose 95 % interval holds D (px), pitch (mm), β
-edge_px         mean and rms of half the silhouette's width error;  ms: median time a frame
+edge_px         median, and 90th percentile of the size, of half the silhouette's width error
+ms              median time a frame
 """
 
 from __future__ import annotations
@@ -140,8 +141,8 @@ def edge_errors(
         error = error[np.isfinite(error)]
         if len(error):
             found[at["frame"]] = {
-                "edge_mean_px": float(error.mean()),
-                "edge_rms_px": float(np.sqrt(np.mean(error**2))),
+                "edge_median_px": float(np.median(error)),
+                "edge_p90_px": float(np.percentile(np.abs(error), 90)),
             }
     return found
 
@@ -187,7 +188,7 @@ def summary(scored: Scored) -> dict[str, str]:
     got = onset["status"] if onset["turns"] is None else f"{onset['turns']:.3g}"
     if onset["turns"] is not None and onset["low"] is not None:
         got += f"[{onset['low']:.3g},{onset['high']:.3g}]"
-    edges = [rows[c] for c in ("edge_mean_px", "edge_rms_px") if c in rows]
+    edges = [rows[c] for c in ("edge_median_px", "edge_p90_px") if c in rows]
     return {
         "recording": scored.name,
         "D": f"{rows['D_true_px'].mean():.0f}",
