@@ -233,8 +233,9 @@ def untwisted(state: State) -> Rope:
         start = (1 if is_first else -1) * (state.hole_gap_mm / 2 - np.hypot(*centroid))
         y = site[0] + start * (1 - x / state.zone_mm)
         path = np.column_stack([x, y, np.full_like(x, site[1])])
-        ends = np.linspace(-16, 0, 400)[:-1], np.linspace(0, 0.6, 40)[1:]
-        behind, tail = (p + np.outer(e, [1.0, 0, 0]) for p, e in zip(path[[0, -1]], ends))  # noqa: B905
+        back, ahead = np.linspace(-16, 0, 400)[:-1], np.linspace(0, 0.6, 40)[1:]
+        behind = path[0] + np.outer(back, [1.0, 0, 0])
+        tail = path[-1] + np.outer(ahead, [1.0, 0, 0])
         strands.append(resample(np.vstack([behind, path, tail])))
     return Rope(state, strands, state.zone_mm)
 
