@@ -17,7 +17,6 @@ from synth.effects import Effective
 from synth.sections import section_diameter_mm
 from synth.settings import Settings
 
-
 SNAP_TURNS = 0.6
 
 

@@ -50,14 +50,14 @@ class Drawing:
 
 def make_scene(settings: Settings) -> Scene:
     """Draw ground and hardware once."""
-    true_zone = stated_zone_mm(settings) + settings.hidden.zone_length_error_mm
-    view = place(settings.camera, true_zone)
+    zone_mm = stated_zone_mm(settings)
+    view = place(settings.camera, zone_mm)
     rgb, cover, near = draw_hardware(settings, view, make_hardware(settings))
     ground = ground_of(settings, view)
     if settings.sensor.grey:
         rgb, ground = _grey(rgb), _grey(ground)
     ground = soften(ground, ground_sigma(settings))
-    ground = _with_cable(settings, view, ground, true_zone)
+    ground = _with_cable(settings, view, ground, zone_mm)
     gain = vignette_of(settings, view)
     box = (0, 0, view.width, view.height)
     still = ground * (1.0 - cover[..., None]) + rgb * cover[..., None]
