@@ -7,16 +7,17 @@ with `--rendered DIR` on pictures, rendered and measured by the whole chain (slo
 from __future__ import annotations
 
 import argparse
+import json
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from synth.strands import hole_diameter_mm
-from tests.bench.onset_cases import Case, exact, onset_truth, plan, simulated
+from tests.bench.onset_cases import ORDER, Case, exact, onset_truth, plan, simulated
 from tests.bench.onset_peers import detectors, onset_by
 from tsvision.records import Actuator, Rig
 from tsvision.timeline.account import Account, account
@@ -42,12 +43,11 @@ def measure_simulated(case: Case) -> Measured:
     return Measured(case, frames, knots, account(frames, knots, rig))
 
 
-def measure_rendered(case: Case, folder: Path) -> Measured:
-    """Render (once; kept in `folder`), measure, account."""
-    from tsvision.measures.recording import measure_frames
-
+def measure_rendered(case: Case, folder: Path, again: bool) -> Measured:
+    """Render (once; kept in `folder`), measure (once, or `again`), account."""
     from synth.recording import write_recording
     from tsvision.images.frames import open_recording
+    from tsvision.measures.recording import measure_frames
     from tsvision.rig import load_rig
     from tsvision.timeline.tables import tables
 
@@ -56,12 +56,26 @@ def measure_rendered(case: Case, folder: Path) -> Measured:
         write_recording(source, case.settings)
     kept = source / "measured_frames.parquet"
     rig = load_rig(source / "rig.toml")
-    if not kept.exists():
+    if again or not kept.exists():
         frames, knots = tables(measure_frames(open_recording(source, rig)))
         knots.to_parquet(source / "measured_knots.parquet")
         frames.to_parquet(kept)
     frames, knots = pd.read_parquet(kept), pd.read_parquet(source / "measured_knots.parquet")
+    case = as_rendered(case, source)  # pictures kept from before have the truth they came with
     return Measured(case, frames, knots, account(frames, knots, rig))
+
+
+def as_rendered(case: Case, source: Path) -> Case:
+    """The case with the truth that was written beside its pictures."""
+    story = json.loads((source / "truth.json").read_text())["frames"]
+    names = ["frame", "turns", "diameter_mm", "coil_amplitude_mm", "unevenness"]
+    truth = pd.DataFrame(story)[names].assign(level=[ORDER.index(f["phase"]) for f in story])
+    truth["diameter_mm"] = pd.to_numeric(truth["diameter_mm"], errors="coerce")
+    knots = tuple(
+        tuple((k["centre_mm"], k["length_mm"], k["max_diameter_mm"]) for k in f["knots"])
+        for f in story
+    )
+    return replace(case, truth=truth, knots=knots)
 
 
 def tolerance_turns(case: Case) -> float:
@@ -223,6 +237,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--rendered", type=Path, help="folder for pictures; slow")
     parser.add_argument("--width", type=int, default=960, help="of rendered pictures, px")
+    parser.add_argument("--again", action="store_true", help="measure kept pictures anew")
     parser.add_argument("--no-peers", action="store_true")
     parser.add_argument("--wrong", action="store_true", help="list what went wrong")
     options = parser.parse_args()
@@ -233,7 +248,7 @@ def main() -> None:
         measured.append(
             measure_simulated(case)
             if options.rendered is None
-            else measure_rendered(case, options.rendered)
+            else measure_rendered(case, options.rendered, options.again)
         )
     rows = onset_rows(measured)
     print(f"{len(measured)} recordings, {sum(len(m.frames) for m in measured)} frames")

@@ -16,6 +16,7 @@ import pandas as pd
 from tsvision.records import FrameResult, Onset, Rig
 from tsvision.timeline import evidence as speak
 from tsvision.timeline.account import Account, account
+from tsvision.timeline.background import Background
 from tsvision.timeline.chain import emissions, independence, start, transition
 from tsvision.timeline.criteria import LEVEL_OF_ONSET, PHASES, Criteria, Rates
 from tsvision.timeline.tables import tables
@@ -23,7 +24,6 @@ from tsvision.timeline.tracks import (
     ARTEFACT_GROWTH,
     ARTEFACT_REACH_D,
     ARTEFACT_TURNS,
-    CONFIDENCE_IF_UNKNOWN,
 )
 
 TAIL = 15  # frames over which noise and D are taken; a longer memory costs time and brings little
@@ -60,6 +60,7 @@ class Live:
         self._wind = float("nan")
         self._extreme = 0.0
         self._winding = True
+        self._background = Background()
         self._dirt: list[tuple[float, float]] = []
 
     def push(self, result: FrameResult) -> LiveState:
@@ -101,13 +102,14 @@ class Live:
         if self._winding and abs(result.row.turns) < ARTEFACT_TURNS:
             self._dirt += [(k.centre_x_px, k.max_diameter_mm) for k in result.knots]
         against, largest = float("nan"), float("nan")
+        row, base = result.row, result.row.baseline_envelope_mm
         for knot in result.knots:
             if self._is_dirt(knot.centre_x_px, knot.max_diameter_mm, result.row.diameter_px):
                 continue
-            chance = knot.confidence
-            chance = CONFIDENCE_IF_UNKNOWN if np.isnan(chance) else min(max(chance, 0.02), 0.98)
+            chance = self._background.chance(knot.max_diameter_mm / base, knot.confidence)
             against = (1.0 if np.isnan(against) else against) * (1 - chance)
             largest = float(np.fmax(largest, knot.max_diameter_mm))
+        self._background.push(row.max_envelope_mm / base, row.coil_amplitude_mm / row.diameter_mm)
         return np.array([1 - against]), np.array([largest])
 
     def _is_dirt(self, x_px: float, size_mm: float, diameter_px: float) -> bool:

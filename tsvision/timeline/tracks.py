@@ -15,7 +15,8 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
-from tsvision.timeline.evidence import CONFIDENCE_IF_UNKNOWN, measured
+from tsvision.timeline.background import chances
+from tsvision.timeline.evidence import measured
 from tsvision.timeline.order import Order, numbers
 
 GAP_FRAMES = 3  # a track outlives this many measured frames without a sighting
@@ -60,7 +61,7 @@ def track_knots(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> Trac
     """Join the sightings in `knots` (columns frame, centre_mm or centre_x_px …) into tracks."""
     number = np.full(len(knots), -1)
     place, length = places_in_diameters(frames, knots)
-    odds = _log_odds(knots)
+    odds = _log_odds(chances(frames, knots, order))
     rows_at = _rows_of_steps(frames, knots, order)
     good = measured(frames)[order.rows]
     live: list[Track] = []
@@ -130,14 +131,8 @@ def _median(values: np.ndarray) -> float:
     return float(np.median(values)) if len(values) else float("nan")
 
 
-def confidences(knots: pd.DataFrame) -> np.ndarray:
-    """(rows,) the detector's confidence in each sighting, a default where it gave none."""
-    given = numbers(knots, "confidence")
-    return np.clip(np.where(np.isfinite(given), given, CONFIDENCE_IF_UNKNOWN), 0.02, 0.98)
-
-
-def _log_odds(knots: pd.DataFrame) -> np.ndarray:
-    chance = confidences(knots)
+def _log_odds(chance: np.ndarray) -> np.ndarray:
+    chance = np.clip(chance, 0.02, 0.98)
     return np.log(chance / (1 - chance))
 
 

@@ -1,0 +1,74 @@
+"""How far knots must stand out in this recording before they are believed.
+
+One view reads the envelope with errors of its own: lobes of strand and coil beat, edges slip. In
+a coiled bundle the largest E(s) therefore lies above the baseline by several per cent, knot or no
+knot, and by how much depends on strings, light and lens. The frames themselves tell: what the
+largest E / E₀ has been so far is the background; a sighting counts by how far it stands above it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from tsvision.timeline.evidence import CONFIDENCE_IF_UNKNOWN, ratio_of
+from tsvision.timeline.order import Order, numbers
+
+PRIOR = (1.02, 1.05, 1.08)  # ratios assumed to have been seen before the first coiled frame
+LEAST_SPREAD = 0.02
+OUTLYING = 3.0  # spreads above the middle from which a frame is no background but an event
+BELIEVED_AT = 2.0  # spreads at which a sighting is as likely a knot as not
+STEEPNESS = 1.5  # log-odds per spread
+COILED = 0.05  # A / D from which a frame belongs to the background of coiling
+
+
+class Background:
+    """The largest E / E₀ of the frames so far, events left out; grows by `push`."""
+
+    def __init__(self) -> None:
+        self._ratios = list(PRIOR)
+
+    def middle_and_spread(self) -> tuple[float, float]:
+        """Median and robust standard deviation of the background."""
+        ratios = np.array(self._ratios)
+        middle = float(np.median(ratios))
+        spread = 1.4826 * float(np.median(np.abs(ratios - middle)))
+        return middle, max(spread, LEAST_SPREAD)
+
+    def chance(self, ratio: float, confidence: float) -> float:
+        """Chance that a sighting of size `ratio` · E₀ is a knot; never above the detector's own
+        confidence, and that alone where the ratio is not known."""
+        confidence = CONFIDENCE_IF_UNKNOWN if np.isnan(confidence) else confidence
+        confidence = float(np.clip(confidence, 0.02, 0.98))
+        if not np.isfinite(ratio):
+            return confidence
+        middle, spread = self.middle_and_spread()
+        height = (ratio - middle) / spread
+        odds = float(np.clip(STEEPNESS * (height - BELIEVED_AT), -4.0, 4.0))
+        return min(confidence, 1.0 / (1.0 + np.exp(-odds)))
+
+    def push(self, ratio: float, coil_ratio: float) -> None:
+        """Take a frame's largest E / E₀ into the background if it coils and is no event."""
+        if not (np.isfinite(ratio) and coil_ratio >= COILED):
+            return
+        middle, spread = self.middle_and_spread()
+        if ratio <= middle + OUTLYING * spread:
+            self._ratios.append(ratio)
+
+
+def chances(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> np.ndarray:
+    """(rows of knots,) chance of each sighting against the background of the frames before it."""
+    result = np.zeros(len(knots))
+    if not len(knots):
+        return result
+    base = numbers(frames, "baseline_envelope_mm")
+    top, coil = numbers(frames, "max_envelope_mm") / base, ratio_of(frames, "coil_amplitude")
+    name = frames["frame"].to_numpy()
+    rows_of = {key: np.asarray(rows) for key, rows in knots.groupby("frame").indices.items()}
+    size, confidence = numbers(knots, "max_diameter_mm"), numbers(knots, "confidence")
+    background = Background()
+    for i in order.rows:
+        for row in rows_of.get(name[i], ()):
+            result[row] = background.chance(size[row] / base[i], confidence[row])
+        background.push(top[i], coil[i])
+    return result
