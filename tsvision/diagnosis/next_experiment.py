@@ -9,6 +9,7 @@ import numpy as np
 
 from tsvision.diagnosis.fit import STEP, Fit
 from tsvision.diagnosis.problem import USUAL_NOISE, Problem
+from tsvision.diagnosis.table import GAIN_SD
 from tsvision.mechanisms.shelf import OBSERVABLES, Conditions
 
 ENOUGH = 6.0  # a difference of so many standard deviations decides; more is worth nothing
@@ -99,6 +100,13 @@ def _ask(problem: Problem, design: Conditions, observable: str) -> Problem:
     table = problem.table
     source = np.array([np.argmax(table.at.strings == n) for n in design.strings])
     count = len(design.turns)
+    columns = list(problem.columns)
+    gains = dict(table.gain_sd)
+    if observable in GAIN_SD:
+        gains.setdefault(observable, GAIN_SD[observable])
+    for extra in ("camera", *(f"gain {name}" for name in gains)):
+        if extra not in columns:
+            columns.append(extra)
     asked = replace(
         table,
         at=design,
@@ -112,11 +120,8 @@ def _ask(problem: Problem, design: Conditions, observable: str) -> Problem:
         radius_sd_mm=table.radius_sd_mm[source],
         zone_sd_mm=table.zone_sd_mm[source],
         hole_sd_mm=table.hole_sd_mm[source],
+        gain_sd=gains,
     )
-    columns = list(problem.columns)
-    for extra in ("camera", "torque_gain"):
-        if extra not in columns:
-            columns.append(extra)
     return replace(
         problem,
         table=asked,

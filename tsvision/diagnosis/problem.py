@@ -1,8 +1,8 @@
 """A table made ready for fitting: nuisances, scales, and the prediction of its rows.
 
 Every model, the base too, carries the same nuisances: the inputs' tolerances (radius, zone, hole
-distance, camera scale, and a gain of the torque gauge), and a zero offset per run of the
-displacement. All are Gaussian with known standard deviations, as unit normal numbers.
+distance, camera scale, and the gain of gauges such as that of torque), and a zero offset per run
+of the displacement. All are Gaussian with known standard deviations, as unit normal numbers.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from tsvision.diagnosis.table import Table
 from tsvision.mechanisms.shelf import Parameter, Reference, Simulation
 
 OFFSET_SD_MM = 0.1
-TORQUE_GAIN_SD = 0.03
 # Nothing is read better than this; keeps noise-free (simulated) data from infinite certainty.
 LEAST_NOISE = {
     "displacement_mm": 0.02,
@@ -85,9 +84,9 @@ class Problem:
             found = observe(state, simulation, name)
             found = np.broadcast_to(found, (many, len(table.at.turns)))
             seen[:, rows] = found[:, table.condition[rows]]
-            if name == "torque_Nmm":
-                gain = z[:, self.columns.index("torque_gain")][:, None]
-                seen[:, rows] *= 1.0 + TORQUE_GAIN_SD * gain
+            if f"gain {name}" in self.columns:
+                gain = z[:, self.columns.index(f"gain {name}")][:, None]
+                seen[:, rows] *= 1.0 + table.gain_sd[name] * gain
         return seen
 
     def state(self, z: np.ndarray):
@@ -122,8 +121,7 @@ def prepare(table: Table, base: str = "constant_radius") -> Problem:
     columns += [f"hole{g}" for g in range(hole_group.max() + 1)]
     if {"diameter_mm", "hole_distance_mm"} & set(table.observables):
         columns.append("camera")
-    if "torque_Nmm" in table.observables:
-        columns.append("torque_gain")
+    columns += [f"gain {name}" for name in table.gain_sd]
     scale, usual, sure = _row_scale(table)
     return Problem(
         table=table,

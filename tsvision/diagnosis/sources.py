@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tsvision.diagnosis.diagnose import diagnose
+from tsvision.diagnosis.folder import table_from_folders
 from tsvision.diagnosis.table import Table, read_table
 from tsvision.diagnosis.verdict import Verdict
 from tsvision.errors import InputError
@@ -22,9 +23,11 @@ def diagnose_sources(paths: Sequence[Path], rig: Rig, base: str = "constant_radi
 
 def load(paths: Sequence[Path], rig: Rig) -> Table:
     """The table of DATA; InputError when a path is neither a CSV nor a measured folder."""
-    folders = [path for path in paths if path.is_dir()]
-    if folders:
-        raise InputError(f"'{folders[0]}' is a folder; give a CSV")
+    missing = [path for path in paths if not path.exists()]
+    if missing:
+        raise InputError(f"'{missing[0]}' does not exist; give a CSV or a measured folder")
+    if all(path.is_dir() for path in paths):
+        return table_from_folders(paths, rig)
     if len(paths) != 1:
-        raise InputError("give one CSV, or folders that `tsvision measure` wrote")
+        raise InputError("give one CSV, or one or more folders that `tsvision measure` wrote")
     return read_table(paths[0], rig)

@@ -10,7 +10,7 @@ import csv
 import difflib
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +40,7 @@ CONSTANTS = (
 TOLERANCES = (*(f"{name}_sd" for name in CONSTANTS[1:]), "camera_scale_sd")
 COLUMNS = ("run", "turns", "load_N", "branch", "time_s", "cycle", "observable", "value", "value_sd")
 ALIASES = {"contraction_mm": "displacement_mm"}
+GAIN_SD = {"torque_Nmm": 0.03}  # gauges whose gain is not known exactly
 LEAST_ROWS = 4
 BRANCHES = {"wind": False, "unwind": True, "": False}
 
@@ -67,6 +68,7 @@ class Table:
     hole_sd_mm: np.ndarray
     camera_sd: float
     load_recorded: bool
+    gain_sd: dict[str, float] = field(default_factory=dict)  # observable -> sd of its gauge's gain
     notes: tuple[str, ...] = ()
 
     @property
@@ -280,6 +282,7 @@ def _arrange(rows: list[dict], notes: list[str], where: str, rig: Rig) -> Table:
         camera_sd=_camera_sd(rows, rig),
         load_recorded=not unknown
         and not (math.isfinite(rig.actuator.load_N) and set(loads) == {rig.actuator.load_N}),
+        gain_sd={name: sd for name, sd in GAIN_SD.items() if name in observables},
         notes=tuple(notes),
     )
     return table

@@ -9,6 +9,7 @@ from tsvision.mechanisms import (
     angle_scale,
     axial_stretch,
     backlash,
+    bending_stiffness,
     camera_scale,
     coiling,
     creep,
@@ -40,6 +41,7 @@ MECHANISMS: dict[str, Mechanism] = {
         camera_scale,
         coiling,
         variable_radius,
+        bending_stiffness,
     )
 }
 

@@ -21,6 +21,11 @@ def _with_load(state: State, p: Values) -> dict[str, np.ndarray]:
     return {"alpha_rad": state.alpha_rad * (1.0 - p["slip"] * share)}
 
 
+def _saturating(state: State, p: Values) -> dict[str, np.ndarray]:
+    reached = -np.expm1(-state.at.turns / p["width_turns"])
+    return {"alpha_rad": state.alpha_rad * (1.0 - p["slip"] * reached)}
+
+
 def _slip(low: float, meaning: str) -> Parameter:
     return Parameter("slip", "1", meaning, low=low, high=0.6, typical=0.08, starts=(0.7, -0.7))
 
@@ -51,6 +56,26 @@ MECHANISM = Mechanism(
             (_slip(0.0, "share of the turns lost at the largest load"),),
             {"motor": _with_load},
             needs=frozenset({"loads"}),
+        ),
+        Shape(
+            "saturating",
+            "α = (1 − slip [1 − exp(−turns/w)]) α_motor",
+            (
+                _slip(0.0, "share of the turns lost in the end"),
+                Parameter(
+                    "width_turns",
+                    "turns",
+                    "turns over which slip sets in, as the torque grows",
+                    low=0.05,
+                    high=0.6,
+                    of="span_turns",
+                    prior="uniform",
+                    starts=(0.4,),
+                    null=None,
+                ),
+            ),
+            {"motor": _saturating},
+            log_odds=-1.0,
         ),
         varying(_MAIN),
     ),

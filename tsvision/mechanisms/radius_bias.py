@@ -15,6 +15,22 @@ def _relative(state: State, p: Values) -> dict[str, np.ndarray]:
     return {"radius_mm": state.radius_mm * (1.0 + p["radius_change_share"])}
 
 
+def _settling(state: State, p: Values) -> dict[str, np.ndarray]:
+    laid = -np.expm1(-state.at.turns / p["width_turns"])
+    return {"radius_mm": np.maximum(state.radius_mm + p["radius_change_mm"] * laid, 1e-4)}
+
+
+_SETTLING_WIDTH = Parameter(
+    "width_turns",
+    "turns",
+    "turns over which the bundle settles at its own radius",
+    low=0.01,
+    high=0.2,
+    of="span_turns",
+    prior="uniform",
+    starts=(0.4,),
+    null=None,
+)
 _MAIN = Shape(
     "absolute",
     "r = D/2 + δr",
@@ -56,6 +72,13 @@ MECHANISM = Mechanism(
             ),
             {"geometry": _relative},
             needs=frozenset({"bundles"}),
+        ),
+        Shape(
+            "settling",
+            "r = D/2 + δr [1 − exp(−turns/w)]",
+            (*_MAIN.parameters, _SETTLING_WIDTH),
+            {"geometry": _settling},
+            log_odds=-1.0,
         ),
         varying(_MAIN),
     ),

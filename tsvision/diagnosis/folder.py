@@ -1,0 +1,154 @@
+"""Folders that `tsvision measure` wrote, as DATA: displacement, D, helix angle, turns seen.
+
+Each folder is a run. What a frame's flags make doubtful is left out; the rig that the measurement
+used comes from its summary, and a rig given now wins over it.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from tsvision.diagnosis.table import NAN, Table, table_from_rows
+from tsvision.errors import InputError
+from tsvision.records import Rig
+
+BAD = {"UNREADABLE", "WRONG_SIZE", "BLANK", "NO_BUNDLE", "TRACK_LOST", "CAMERA_MOVED"}
+NO_HELIX = {"ENVELOPE_ONLY", "NO_PITCH", "AMBIGUOUS_HARMONIC", "TOO_FEW_TURNS"}
+# The helix is read beside the separator and the turns over the part in view: as means over the
+# zone they carry a gain of their own (merging zone, ends out of view).
+GAIN_SD = {"helix_angle_deg": 0.03, "twist_turns": 0.03}
+LEAST_SD = {"diameter_mm": 0.004, "helix_angle_deg": 0.2, "twist_turns": 0.1}
+STRAIGHT = "twist"  # the phase in which the zone's mean helix is the one beside the separator
+HEADER = ("run", "turns", "load_N", "branch", "time_s", "cycle", "observable", "value", "value_sd")
+CONSTANTS = {
+    "strings": "strings.count",
+    "string_diameter_mm": "strings.diameter_mm",
+    "twisting_zone_mm": "actuator.twisting_zone_mm",
+    "hole_distance_nominal_mm": "actuator.hole_distance_mm",
+}
+
+
+def table_from_folders(folders: Sequence[Path], rig: Rig) -> Table:
+    """The table of one or more measured folders; InputError where a folder holds none."""
+    rows: list[dict] = []
+    for folder in folders:
+        rows += _rows(folder, rig, _run_name(folder, folders))
+    if not rows:
+        raise InputError(
+            f"'{folders[0]}': no frame has turns and a displacement, diameter or angle; "
+            "give turns.csv (with displacement_mm) and a scale when measuring"
+        )
+    header = [*HEADER, *CONSTANTS]
+    table = table_from_rows(header, rows, rig, str(folders[0]))
+    gains = {name: sd for name, sd in GAIN_SD.items() if name in table.observables}
+    scale = _scale_sd(folders[0])
+    return replace(
+        table,
+        gain_sd={**table.gain_sd, **gains},
+        camera_sd=table.camera_sd if math.isnan(scale) else max(scale, 1e-4),
+    )
+
+
+def _run_name(folder: Path, folders: Sequence[Path]) -> str:
+    """The folder's own name, longer where two folders share it."""
+    same = [f for f in folders if f.name == folder.name]
+    return folder.name if len(same) == 1 else str(folder)
+
+
+def _rows(folder: Path, rig: Rig, run: str) -> list[dict]:
+    frames, summary = _read(folder)
+    constants = _constants(summary.get("rig") or {}, rig)
+    peak = -math.inf
+    turned = [abs(_number(f.get("turns"))) for f in frames]
+    most = max((t for t in turned if not math.isnan(t)), default=NAN)
+    rows = []
+    for frame, turns in zip(frames, turned, strict=True):
+        flags = set(filter(None, (frame.get("flags") or "").split("|")))
+        if math.isnan(turns) or flags & BAD:
+            continue
+        peak = max(peak, turns)
+        load = _number(frame.get("load_N"))
+        common = {
+            "run": run,
+            "turns": turns,
+            "load_N": constants["load_N"] if math.isnan(load) else load,
+            "branch": "unwind" if peak == most and turns < most else "wind",
+            "time_s": _number(frame.get("time_s")),
+            "cycle": _number(frame.get("cycle")),
+            **{name: constants[name] for name in CONSTANTS},
+        }
+        rows += [{**common, **seen} for seen in _seen(frame, flags)]
+    return rows
+
+
+def _seen(frame: dict, flags: set[str]) -> list[dict]:
+    """What one frame says, as observables with their standard deviations."""
+    said = [("displacement_mm", _number(frame.get("displacement_mm")), NAN)]
+    if not flags & {"NO_SCALE", "TOO_FEW_TURNS", "CLIPPED"}:
+        said.append(
+            ("diameter_mm", _number(frame.get("diameter_mm")), _number(frame.get("diameter_mm_sd")))
+        )
+    if not flags & NO_HELIX and frame.get("phase") in (STRAIGHT, "", None):
+        angle, sd = (_number(frame.get(f"helix_angle_rad{end}")) for end in ("", "_sd"))
+        said.append(("helix_angle_deg", math.degrees(angle), math.degrees(sd)))
+        said.append(
+            ("twist_turns", _number(frame.get("turns_seen")), _number(frame.get("turns_seen_sd")))
+        )
+    return [
+        {
+            "observable": name,
+            "value": value,
+            "value_sd": NAN if math.isnan(sd) else math.hypot(sd, LEAST_SD[name]),
+        }
+        for name, value, sd in said
+        if not math.isnan(value)
+    ]
+
+
+def _read(folder: Path) -> tuple[list[dict], dict]:
+    try:
+        with open(folder / "frames.csv", newline="", encoding="utf-8") as file:
+            frames = list(csv.DictReader(file))
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError) as problem:
+        raise InputError(
+            f"'{folder}' is no folder of `tsvision measure` ({problem}); measure first"
+        ) from problem
+    return frames, summary
+
+
+def _constants(used: dict, rig: Rig) -> dict[str, float]:
+    now = {
+        "strings.count": NAN if rig.strings.count is None else float(rig.strings.count),
+        "strings.diameter_mm": rig.strings.diameter_mm,
+        "actuator.twisting_zone_mm": rig.actuator.twisting_zone_mm,
+        "actuator.hole_distance_mm": rig.actuator.hole_distance_mm,
+        "actuator.load_N": rig.actuator.load_N,
+    }
+    found = {
+        key: _number(used.get(key)) if math.isnan(value) else value for key, value in now.items()
+    }
+    constants = {name: found[key] for name, key in CONSTANTS.items()}
+    return {**constants, "load_N": found["actuator.load_N"]}
+
+
+def _scale_sd(folder: Path) -> float:
+    """Relative standard deviation of the camera's scale, from the first frame that tells."""
+    frames, _ = _read(folder)
+    for frame in frames:
+        scale, sd = _number(frame.get("mm_per_px")), _number(frame.get("mm_per_px_sd"))
+        if scale > 0 and sd >= 0:
+            return sd / scale
+    return NAN
+
+
+def _number(text: object) -> float:
+    try:
+        return float(text)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return NAN
