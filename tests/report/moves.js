@@ -10,7 +10,7 @@ const state = () => ({
 });
 const slider = document.getElementById("slider");
 const to = (i) => { slider.value = i; slider.dispatchEvent(new Event("input")); return state(); };
-const out = { first: to(8), second: to(15), plots: document.querySelectorAll("#plot-kymograph svg, .plots svg[role=img]").length };
+const out = { first: to(8), second: to(15), plots: document.querySelectorAll("#plot-kymograph svg, .plots:not(#confronted) svg[role=img]").length };
 const key = (k) => document.body.dispatchEvent(new KeyboardEvent("keydown", { key: k, bubbles: true }));
 key("ArrowLeft"); out.left = slider.value; key("ArrowRight"); key("ArrowRight"); out.right = slider.value;
 key("["); out.home = slider.value; key("]"); out.end = slider.value;
@@ -22,4 +22,5 @@ document.querySelector("[data-shows=edges]").click();
 out.hidden = document.querySelector("#overlay path.edges").style.display;
 out.overflow = document.documentElement.scrollWidth - innerWidth;
 out.unnamed = [...document.querySelectorAll("svg[role=img]")].filter((s) => !s.getAttribute("aria-label")).length;
+out.confronted = document.querySelectorAll("#confronted rect, #confronted circle").length;
 return out;

@@ -35,6 +35,10 @@ VERDICT = {
     "gain": {"ratio": 8.2, "low": None, "high": None, "scheme": "leave-one-load-out"},
     "next_experiment": None,
     "residual": {"lack_of_fit_p": 0.4},
+    "rows": [
+        {"observable": "displacement_mm", "turns": t, "value": t, "base": 2.0 * t, "extended": t}
+        for t in (0.0, 30.0, 66.0)
+    ],
 }
 
 
@@ -191,6 +195,7 @@ def test_the_slider_moves_every_part(fake: Fake, tmp_path: Path, width: int) -> 
     assert out["broken"]["shownPicture"] is False
     assert 10 <= out["clicked"] <= 13
     assert out["hidden"] == "none"
+    assert out["confronted"] >= 6
     assert out["overflow"] <= 0
     assert out["unnamed"] == 0
 

@@ -169,6 +169,29 @@ function drawKymograph() {
   html("span", {}, bar, `${map.value[1].toFixed(2)} ${unit}`);
 }
 
+// What the verdict leaves: measured minus base and minus extended model, one plot an observable.
+function drawConfronted() {
+  const host = byId("confronted");
+  if (!host) return;
+  for (const { name, unit: of, turns, base, extended } of data.confronted) {
+    const figure = html("figure", {}, host);
+    html("h3", {}, figure, `Residual of the ${name}`);
+    html("figcaption", {}, figure, "Measured minus model, before and after the causes are put in.");
+    new Plot(html("div", {}, figure), {
+      name: `residual of the ${name}`, x: { label: "motor turns", range: tight(turns) },
+      y: { label: `measured − model${of ? ` (${of})` : ""}`, range: span([0], base, extended) },
+      layers: [
+        { kind: "level", y: 0, label: "", colour: "var(--soft)", dash: "1 0" },
+        { kind: "points", x: turns, y: base, colour: "var(--second)", square: true },
+        { kind: "points", x: turns, y: extended, colour: "var(--series)" },
+      ],
+    });
+    const legend = html("div", { class: "legend" }, figure);
+    legendItem(legend, "var(--second)", "base model (squares)");
+    legendItem(legend, "var(--series)", "extended (dots)");
+  }
+}
+
 let profilePlot = null;
 function drawProfile(frame) {
   const all = data.shown.flatMap((f) => [...f.profile.w, ...f.profile.e]);
@@ -266,6 +289,7 @@ function listen() {
 if (data.shown.length) {
   drawSeries();
   drawKymograph();
+  drawConfronted();
   listen();
   show(data.start);
 }

@@ -17,6 +17,7 @@ from tsvision.atomic import write_text
 from tsvision.errors import InputError
 from tsvision.records import Frame, Recording
 from tsvision.report import digest, palette, shown
+from tsvision.report.confronted import confronted
 from tsvision.report.kymograph import colour_bar, kymograph
 from tsvision.report.measured import Measured, read_measured, rig_of
 from tsvision.report.pictures import data_uri
@@ -49,7 +50,7 @@ def write_report(
     measured = read_measured(Path(measure_dir))
     chosen = _chosen(measured)
     pictures = shown.frames_at(recording, measured.frames, chosen) if recording else {}
-    data = page_data(measured, chosen, pictures)
+    data = page_data(measured, chosen, pictures) | {"confronted": confronted(verdict)}
     in_px = data["unit"] == "px"
     text = render(
         "page.html",

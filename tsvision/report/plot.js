@@ -88,7 +88,7 @@ class Plot {
       svg("line", { x1: left, x2: right, y1: y, y2: y, class: "grid" }, root);
       svg("text", { x: left - 6, y: y + 4, "text-anchor": "end" }, root).textContent = text;
     }
-    for (const [v, text] of ticks(...this.spec.x.range, (right - left) / 80)) {
+    for (const [v, text] of ticks(...this.spec.x.range, (right - left) / 65)) {
       const x = this.px(v);
       svg("line", { x1: x, x2: x, y1: bottom, y2: bottom + 5, class: "frame" }, root);
       svg("text", { x, y: bottom + 18, "text-anchor": "middle" }, root).textContent = text;
