@@ -47,12 +47,13 @@ class Background:
         odds = float(np.clip(STEEPNESS * (height - BELIEVED_AT), -4.0, 4.0))
         return min(confidence, 1.0 / (1.0 + np.exp(-odds)))
 
-    def push(self, ratio: float, coil_ratio: float) -> None:
-        """Take a frame's largest E / E₀ into the background if it coils and is no event."""
+    def push(self, ratio: float, coil_ratio: float, sighted: bool) -> None:
+        """Take a frame's largest E / E₀ into the background if the bundle coils there and the
+        frame is no event: it shows no knot, or one that hardly stands out."""
         if not (np.isfinite(ratio) and coil_ratio >= COILED):
             return
         middle, spread = self.middle_and_spread()
-        if ratio <= middle + OUTLYING * spread:
+        if not sighted or ratio <= middle + OUTLYING * spread:
             self._ratios.append(ratio)
 
 
@@ -68,7 +69,8 @@ def chances(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> np.ndarr
     size, confidence = numbers(knots, "max_diameter_mm"), numbers(knots, "confidence")
     background = Background()
     for i in order.rows:
-        for row in rows_of.get(name[i], ()):
+        rows = rows_of.get(name[i], ())
+        for row in rows:
             result[row] = background.chance(size[row] / base[i], confidence[row])
-        background.push(top[i], coil[i])
+        background.push(top[i], coil[i], sighted=len(rows) > 0)
     return result

@@ -109,7 +109,8 @@ class Live:
             chance = self._background.chance(knot.max_diameter_mm / base, knot.confidence)
             against = (1.0 if np.isnan(against) else against) * (1 - chance)
             largest = float(np.fmax(largest, knot.max_diameter_mm))
-        self._background.push(row.max_envelope_mm / base, row.coil_amplitude_mm / row.diameter_mm)
+        coil = row.coil_amplitude_mm / row.diameter_mm
+        self._background.push(row.max_envelope_mm / base, coil, sighted=bool(result.knots))
         return np.array([1 - against]), np.array([largest])
 
     def _is_dirt(self, x_px: float, size_mm: float, diameter_px: float) -> bool:

@@ -20,8 +20,10 @@ from tsvision.timeline.evidence import measured
 from tsvision.timeline.order import Order, numbers
 
 GAP_FRAMES = 3  # a track outlives this many measured frames without a sighting
-GATE_D = 2.0  # how far from its prediction a knot may turn up, in D, beside half its length
+GATE_D = 1.0  # how far from its prediction a knot may turn up, in D, …
+GATE_LENGTH = 0.35  # … beside this share of its own length
 GATE_D_PER_TURN = 0.25
+MERGE_D = 3.0  # a track that ends this near to another one merged into it
 MISS_COST = 1.5  # log-odds that a frame without a sighting takes from a track
 CONFIRMED = 2.5  # log-odds from which a track counts
 ARTEFACT_TURNS = 5.0  # what stands out below this turn count, before anything can coil, …
@@ -156,7 +158,9 @@ def _assign(
         return []
     turned = np.nan_to_num(turned, nan=1.0)
     predicted = np.array([t.places[-1] for t in live]) + turned * [t.drift for t in live]
-    gate = GATE_D + 0.5 * length[None, :] + np.minimum(GATE_D_PER_TURN * turned, 2.0)[:, None]
+    gate = (
+        GATE_D + GATE_LENGTH * length[None, :] + np.minimum(GATE_D_PER_TURN * turned, 2.0)[:, None]
+    )
     shift = _common_shift(predicted, place, gate)
     distance = np.abs(predicted[:, None] + shift - place[None, :]) / gate
     rows, columns = linear_sum_assignment(np.minimum(distance, 10.0))
@@ -225,7 +229,7 @@ def _retire(live: list[Track], done: list[Track], matched: set[int], step: int) 
         if track.missed <= GAP_FRAMES:
             kept.append(track)
             continue
-        near = [t for t in live if t.missed == 0 and abs(t.places[-1] - track.places[-1]) < GATE_D]
+        near = [t for t in live if t.missed == 0 and abs(t.places[-1] - track.places[-1]) < MERGE_D]
         track.end = f"merged into {near[0].number}" if near else "vanished"
         done.append(track)
     return kept
