@@ -65,11 +65,7 @@ def record(
         changes["sensor.format"] = format
         if format == "mp4":
             changes["sensor.quality"] = 20
-    for pair in settings:
-        key, equals, value = pair.partition("=")
-        if not equals:
-            raise InputError(f"--set {pair} has no '='; write it as group.name=value")
-        changes[key.strip()] = value.strip()
+    changes.update(parse_pairs(settings))
     full = make_settings(
         parse_turns(turns),
         preset,
@@ -84,6 +80,62 @@ def record(
     with frame_progress(f"rendering {out.name}", quiet) as progress:
         folder = write_recording(out, full, overwrite, progress, ids)
     print(folder)
+
+
+@command.command()
+def view(
+    turns: str = typer.Option("64", "--turns", help="One turn count, or START:STOP:STEP."),
+    strings: int = typer.Option(2, "--strings", help="N, 2 to 10."),
+    handedness: str = typer.Option("Z", "--handedness", help="Z or S."),
+    holes: int = typer.Option(2, "--holes", help="Holes of the separator: 2, 4 or 6."),
+    seed: int = typer.Option(0, "--seed", help="Where knots form."),
+    png: Path | None = typer.Option(None, "--png", help="Write a picture of the last state."),
+    movie: Path | None = typer.Option(None, "--movie", help="Write all states as .gif or .mp4."),
+    gltf: Path | None = typer.Option(None, "--gltf", help="Write the last state as .glb."),
+    size: str = typer.Option("1280x720", "--size", help="Picture size."),
+    settings: list[str] = typer.Option([], "--set", help="Any setting, as for `synth`."),
+) -> None:
+    """The same scene in 3-D: a window, or files. Only the .glb works without OpenGL."""
+    from synth.actuator import state_at
+    from synth.build import make_settings, parse_turns
+    from synth.gltf import write_glb
+    from synth.meshes import scene_meshes
+    from synth.settings import Actuator, Strings
+    from synth.validate import check
+    from synth.view3d import save_movie, save_png, show
+    from tsvision.errors import InputError
+
+    if gltf is not None and gltf.suffix != ".glb":
+        raise InputError(f"--gltf {gltf}: the name must end in .glb")
+    full = make_settings(
+        parse_turns(turns),
+        seed=seed,
+        strings=Strings(count=strings, handedness=handedness),
+        actuator=Actuator(holes=holes),
+        changes={**parse_size(size), **parse_pairs(settings)},
+    )
+    check(full)
+    if gltf is not None:
+        print(write_glb(gltf, scene_meshes(full, state_at(full, len(full.turns) - 1))))
+    if png is not None:
+        print(save_png(png, full))
+    if movie is not None:
+        print(save_movie(movie, full))
+    if gltf is None and png is None and movie is None:
+        show(full)
+
+
+def parse_pairs(pairs: list[str]) -> dict[str, object]:
+    """`group.name=value` words -> a dict; the values stay text until their setting is known."""
+    from tsvision.errors import InputError
+
+    found: dict[str, object] = {}
+    for pair in pairs:
+        key, equals, value = pair.partition("=")
+        if not equals:
+            raise InputError(f"--set {pair} has no '='; write it as group.name=value")
+        found[key.strip()] = value.strip()
+    return found
 
 
 def parse_size(text: str) -> dict[str, object]:

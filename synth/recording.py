@@ -13,6 +13,7 @@ import shutil
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -197,7 +198,7 @@ CONVENTIONS = {
 }
 
 
-def onsets(settings: Settings, frames: pd.DataFrame) -> dict[str, object]:
+def onsets(settings: Settings, frames: pd.DataFrame) -> dict[str, Any]:
     """Onset of each phase over the winding part, refined between frames by bisection."""
     turns = frames["turns"].to_numpy(float)
     if not len(turns):
@@ -205,7 +206,7 @@ def onsets(settings: Settings, frames: pd.DataFrame) -> dict[str, object]:
     stop = int(np.abs(turns).argmax()) + 1
     level = frames["phase"].map(_ORDER.index).to_numpy()[:stop]
     stuck = frames["irreversible"].to_numpy(bool)[:stop]
-    found: dict[str, object] = {}
+    found: dict[str, Any] = {}
     for name, present in (
         ("overtwist_onset", level >= 1),
         ("local_overtwist_onset", level >= 2),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
@@ -24,6 +25,7 @@ from synth.strands import (
     strand_diameters_mm,
     strand_paths,
 )
+from synth.tubes import Tube
 
 NAN = float("nan")
 BIN_MM = 0.02
@@ -33,7 +35,7 @@ BIN_MM = 0.02
 class FrameTruth:
     """One frame: `row` scalars, `knots` dicts, silhouette arrays at s = 0, 1, 2 … px."""
 
-    row: dict[str, object]
+    row: dict[str, Any]
     knots: list[dict[str, float]]
     s_px: np.ndarray
     s_mm: np.ndarray
@@ -132,10 +134,8 @@ def frame_truth(
     return FrameTruth(row, knots, s_px, s_mm, upper, lower, local)
 
 
-def _zone(tube):  # type: ignore[no-untyped-def]
-    """The tube without what lies behind the plate or inside the connector."""
-    from dataclasses import replace
-
+def _zone(tube: Tube) -> Tube:
+    """The tube without what lies behind the plate."""
     x = tube.points_mm[:, 0]
     keep = slice(int(np.argmax(x >= 0.0)), len(x))
     return replace(
@@ -181,7 +181,7 @@ def _row(
     envelope: Envelope | None,
     start: np.ndarray,
     stop: np.ndarray,
-) -> dict[str, object]:
+) -> dict[str, Any]:
     zone, pitch = state.zone_mm, state.pitch_mm
     total = float(state.line.arc_mm[-1])
     outer = middle = widest = NAN

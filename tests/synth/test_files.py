@@ -181,6 +181,7 @@ def test_formats(tmp_path: Path, format: str, bits: int, dtype: type) -> None:
     settings = tiny("4", sensor__format=format, sensor__bits=bits)
     out = write_recording(tmp_path / "r", settings)
     picture = cv2.imread(str(out / f"frame_00000.{format}"), cv2.IMREAD_UNCHANGED)
+    assert picture is not None
     assert picture.dtype == dtype
     assert picture.shape == (180, 320)
 
@@ -275,6 +276,7 @@ def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert capsys.readouterr().out.strip() == str(out)
     assert (out / "truth_ids" / "frame_00001.png").exists()
     ids = cv2.imread(str(out / "truth_ids" / "frame_00001.png"), cv2.IMREAD_UNCHANGED)
+    assert ids is not None
     assert set(np.unique(ids)) <= set(range(7))
     assert run([*words, "--out", str(out), "-q"]) == 2
     assert "overwrite" in capsys.readouterr().err
