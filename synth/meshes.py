@@ -82,8 +82,8 @@ def _grid_triangles(rings: int, sides: int) -> np.ndarray:
     ring, side = np.meshgrid(np.arange(rings - 1), np.arange(sides), indexing="ij")
     a = ring * sides + side
     b = ring * sides + (side + 1) % sides
-    below = np.stack([a, a + sides, b], axis=-1).reshape(-1, 3)
-    above = np.stack([b, a + sides, b + sides], axis=-1).reshape(-1, 3)
+    below = np.stack([a, b, a + sides], axis=-1).reshape(-1, 3)
+    above = np.stack([b, b + sides, a + sides], axis=-1).reshape(-1, 3)
     return np.vstack([below, above])
 
 
@@ -174,7 +174,7 @@ def _cylinder(
         name,
         np.vstack(points),
         np.vstack(normals),
-        np.vstack([side[:, ::-1] if stop < start else side, left, right]),
+        np.vstack([side, left, right]),
         (rgb[0], rgb[1], rgb[2]),
         metallic,
     )
