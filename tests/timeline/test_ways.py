@@ -178,3 +178,11 @@ def test_knots_that_show_and_go_again_while_winding_are_no_onset_but_are_told() 
     told = account(series.frames, series.knots, RIG)
     assert told.onsets["knot_onset"].status == "not_observed"
     assert any("gone again" in note for note in told.notes)
+
+
+def test_a_thing_without_twist_is_not_called_free_of_knots() -> None:
+    series = simulate(replace(CALM, knot_turns=()))
+    frames = series.frames.assign(turns_seen=np.nan, pitch_px=np.nan)
+    told = account(frames, series.knots, RIG)
+    assert told.onsets["knot_onset"].status == "undetermined"
+    assert "recognised in only 0 of" in told.reasons["knot_onset"]

@@ -11,10 +11,13 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
+from tsvision.timeline import evidence as speak
 from tsvision.timeline.chain import Histories
 from tsvision.timeline.order import Order, numbers
 
 RISING = (("turns_seen", 1), ("string_length_mm", 1), ("pitch_px", -1), ("pitch_mm", -1))
+TWISTED_TURNS = 3.0
+LEAST_SEEN = 0.3
 LEAST_FRAMES = 8
 LEAST_TURNS = 5.0
 LEAST_RANK_CORRELATION = 0.4
@@ -27,6 +30,9 @@ def mismatch(frames: pd.DataFrame, order: Order) -> str:
     given = order.known & np.isfinite(order.wind)
     if given.sum() < 0.5 * len(frames):
         return f"the turns of {len(frames) - int(given.sum())} of {len(frames)} frames are unknown"
+    unseen = _no_twist_seen(frames, order)
+    if unseen:
+        return unseen
     for column, sign in RISING:
         seen = np.abs(numbers(frames, column)[order.rows])
         both = np.isfinite(seen) & given
@@ -43,6 +49,23 @@ def mismatch(frames: pd.DataFrame, order: Order) -> str:
             )
         return ""
     return ""
+
+
+def _no_twist_seen(frames: pd.DataFrame, order: Order) -> str:
+    """A reason where hardly any frame shows a twist that must be there: then something else than
+    the bundle was measured, and its silence about knots means nothing."""
+    there = [name for name in ("pitch_px", "pitch_mm", "turns_seen") if name in frames]
+    if not there:
+        return ""
+    wound = speak.measured(frames)[order.rows] & (order.wind >= TWISTED_TURNS)
+    seen = np.any([np.isfinite(numbers(frames, name)) for name in there], axis=0)[order.rows]
+    if wound.sum() < LEAST_FRAMES or seen[wound].mean() >= LEAST_SEEN:
+        return ""
+    return (
+        f"the strings' twist was recognised in only {int(seen[wound].sum())} of "
+        f"{int(wound.sum())} frames: look at the overlay whether it is the bundle that was "
+        "measured, and give view.roi_px if not"
+    )
 
 
 def disorder(histories: Histories, evidence: np.ndarray, seen: np.ndarray) -> float:
