@@ -62,20 +62,26 @@ def _status(
     if selection.chosen is None:
         wrong = before.tested and before.p < MISFIT_P
         return ("unexplained", False) if wrong else ("no_discrepancy", False)
-    if after.tested and after.p < MISFIT_P and _share_left(selection, before, after) > MOST_LEFT:
+    if (
+        after.tested
+        and after.p < MISFIT_P
+        and _share_left(problem, selection.chosen.best, before, after) > MOST_LEFT
+    ):
         return "unexplained", False
     return "explained", True
 
 
-def _share_left(selection: Selection, before: LackOfFit, after: LackOfFit) -> float:
-    """Structured misfit left over the base's, the worst observable that the base misfits."""
-    scale = dict(zip(before.structured, selection.base.sigma, strict=False))
-    shares = [
-        after.structured.get(name, 0.0) / max(before.structured[name], 1e-12)
-        for name in before.structured
-        if name == after.observable and scale
-    ]
-    return max(shares, default=0.0)
+def _share_left(problem: Problem, best: Fit, before: LackOfFit, after: LackOfFit) -> float:
+    """Structured misfit left over the base's, each observable in units of its own noise."""
+    count = np.bincount(problem.table.observable, minlength=len(problem.table.observables))
+    sizes = []
+    for found in (after, before):
+        parts = [
+            count[k] * (found.structured.get(name, 0.0) / best.sigma[k]) ** 2
+            for k, name in enumerate(problem.table.observables)
+        ]
+        sizes.append(sum(parts))
+    return float(np.sqrt(sizes[0] / max(sizes[1], 1e-12)))
 
 
 def _counted(problem: Problem, best: Fit) -> np.ndarray:

@@ -5,19 +5,30 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from tsvision.diagnosis.bundles import diagnose_bundles, is_bundle_table, read_diameters
 from tsvision.diagnosis.diagnose import diagnose
 from tsvision.diagnosis.folder import table_from_folders
-from tsvision.diagnosis.table import Table, read_table
+from tsvision.diagnosis.table import Table, read_rows, read_table
 from tsvision.diagnosis.verdict import Verdict
 from tsvision.errors import InputError
 from tsvision.models import MODELS
 from tsvision.records import Rig
 
 
-def diagnose_sources(paths: Sequence[Path], rig: Rig, base: str = "constant_radius") -> Verdict:
-    """Diagnose one CSV table or one or more measured folders (each a run)."""
+def diagnose_sources(
+    paths: Sequence[Path], rig: Rig, base: str = "constant_radius", section: str = "pair_core"
+) -> Verdict:
+    """Diagnose one CSV, or one or more measured folders (each a run).
+
+    A table of bundle diameters against N questions the section model `section` instead of `base`.
+    """
     if base not in MODELS:
         raise InputError(f"no model '{base}' on the shelf; there are: {', '.join(MODELS)}")
+    if len(paths) == 1 and paths[0].is_file():
+        header, rows = read_rows(paths[0])
+        if is_bundle_table(header, rows):
+            d, zone = rig.strings.diameter_mm, rig.actuator.twisting_zone_mm
+            return diagnose_bundles(read_diameters(header, rows, d, zone, str(paths[0])), section)
     return diagnose(load(paths, rig), base)
 
 

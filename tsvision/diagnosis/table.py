@@ -99,16 +99,22 @@ def _renumbered(before: np.ndarray, picked: np.ndarray) -> np.ndarray:
 
 def read_table(path: Path, rig: Rig | None = None) -> Table:
     """Read DATA.csv. Raises InputError with the line and the mend where something is wrong."""
+    header, rows = read_rows(path)
+    return table_from_rows(header, rows, rig or Rig(), str(path))
+
+
+def read_rows(path: Path) -> tuple[list[str], list[dict]]:
+    """Header and rows of a CSV as text, names stripped; InputError when it cannot be read."""
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file)
-            rows = list(reader)
-            header = list(reader.fieldnames or [])
+            rows = [{k.strip(): v for k, v in row.items() if k is not None} for row in reader]
+            header = [name.strip() for name in reader.fieldnames or []]
     except (OSError, UnicodeDecodeError, csv.Error) as problem:
         raise InputError(f"cannot read '{path}' as CSV ({problem}); give a UTF-8 CSV") from problem
     if not rows:
         raise InputError(f"'{path}' holds no rows; give one observation a row")
-    return table_from_rows(header, rows, rig or Rig(), str(path))
+    return header, rows
 
 
 def table_from_rows(
@@ -154,7 +160,7 @@ def _check_names(names: list[str], notes: list[str], where: str) -> None:
     odd = [name for name in names if name not in known]
     for name in odd:
         near = difflib.get_close_matches(name, known, n=1, cutoff=0.8)
-        if near and near[0] not in names:
+        if near and near[0] not in names and name not in ("cycles", *OBSERVABLES):
             raise InputError(f"{where} has a column '{name}'; did you mean '{near[0]}'?")
     if odd:
         notes.append(f"columns not used: {', '.join(odd)}")

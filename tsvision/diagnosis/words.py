@@ -76,3 +76,42 @@ def _next(proposal: dict) -> str:
         f"To decide, measure the {what} {where}: the candidates differ there by "
         f"{proposal['expected_difference']:.2g} {proposal['unit']}."
     )
+
+
+def bundle_paragraph(
+    status: str,
+    causes: tuple[Cause, ...],
+    sets: list[tuple[str, ...]],
+    base: dict,
+    extended_rmse_mm: float,
+    gain: dict,
+    looks: dict[str, str],
+    next_experiment: dict | None,
+    rivals: list[tuple[str, float]],
+) -> str:
+    """The same for a bundle model: how far off, why, the gain, what a picture would show."""
+    name = base["model"].replace("_", "-")
+    said = [f"The {name} section is {base['rmse_mm']:.3f} mm off (RMSE over N > 1)."]
+    if status == "no_discrepancy":
+        said.append("That is within the scatter of the measurements.")
+        return " ".join(said)
+    said.append(_causes(causes))
+    if len(sets) > 1:
+        others = "; ".join(" with ".join(names).replace("_", " ") for names in sets[1:])
+        said.append(f"These data cannot tell that from: {others}.")
+    said.append(
+        f"Extended by it, the model is {extended_rmse_mm:.3f} mm off, and "
+        f"{gain['held_out_rmse_extended_mm']:.3f} mm on the N left out "
+        f"(the base: {gain['held_out_rmse_base_mm']:.3f} mm)."
+    )
+    if rivals:
+        behind = ", ".join(f"{title} ({gap:.1f})" for title, gap in rivals)
+        said.append(f"Rivals, and how far they fall behind in log evidence: {behind}.")
+    told = "; ".join(f"{key.replace('_', ' ')}: {look}" for key, look in looks.items())
+    said.append(f"What a picture would show: {told}.")
+    if next_experiment:
+        said.append(
+            f"The two likeliest differ most at N = {next_experiment['strings']}, by "
+            f"{next_experiment['expected_difference']:.2g} mm."
+        )
+    return " ".join(said)

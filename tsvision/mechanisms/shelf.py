@@ -130,7 +130,7 @@ class Parameter:
 
     `prior`: "normal" (about 0 with standard deviation `typical`, cut at the bounds), "uniform"
     between the bounds, or "log_uniform". `of` scales low, high and typical by something of the
-    data: radius_mm, zone_mm, hole_mm, span_turns (largest motor turns) or one.
+    data, a field of `Reference`: radius_mm, span_turns, tension_mean_N …, or one.
     `starts` are the values tried first, in units of `typical` (normal) or as a share of the range.
     `null` is where the mechanism vanishes, None where the parameter only shapes it.
     """
