@@ -22,24 +22,24 @@ SNAP_TURNS = 0.6
 
 @dataclass(frozen=True)
 class KnotState:
-    """One knot as laid: `growth` in 0..1; `radius_D` above the base coil; born at `born_turns`."""
+    """One knot as laid: `growth` in 0..1; `radius_D` above the base coil; born at `born_turns`.
+    A `stuck` one sits where the legs meet, held back by the separator's hole, and never loosens."""
 
     number: int
     centre_mm: float
     half_length_mm: float
     growth: float
     born_turns: float
+    stuck: bool = False
 
 
 @lru_cache(maxsize=256)
-def _places(seed: int, knots: int, stuck: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _places(seed: int, knots: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Seeded: knot places (share of the bundle), drift directions, dip places."""
     random = np.random.default_rng([seed, 7])
     slots = (np.arange(knots) + 0.5) / max(knots, 1)
-    places = 0.12 + 0.76 * (slots + random.uniform(-0.25, 0.25, knots) / max(knots, 1))
+    places = 0.26 + 0.64 * (slots + random.uniform(-0.25, 0.25, knots) / max(knots, 1))
     random.shuffle(places)
-    if stuck and knots:
-        places[0] = 0.06
     drift = random.uniform(-1.0, 1.0, knots)
     dips = np.array([0.31, 0.66]) + random.uniform(-0.09, 0.09, 2)
     return places, drift, dips
@@ -57,7 +57,7 @@ def knot_states(
         return ()
     assert law.knot_turns is not None and law.knot_interval_turns is not None
     assert law.knot_growth_turns is not None
-    places, drift, _ = _places(settings.seed, law.knot_count, law.stuck_knot)
+    places, drift, _ = _places(settings.seed, law.knot_count)
     strings = settings.strings
     outer = section_diameter_mm(strings.section, strings.count, real.diameter_mm)
     found = []
@@ -70,12 +70,15 @@ def knot_states(
         growth = 0.35 * _smooth(age / SNAP_TURNS) + 0.65 * (
             1.0 - np.exp(-age / law.knot_growth_turns)
         )
-        if amount < 0.5 * born:
+        stuck = law.stuck_knot and number == 0
+        if amount < 0.5 * born and not stuck:
             growth *= max(amount / (0.5 * born), 0.0)
         moved = drift[number] * law.drift_mm_per_turn * age
         centre = places[number] * real.zone_mm + moved
         half = 0.5 * law.knot_length_D * outer * (0.7 + 0.3 * growth)
-        found.append(KnotState(number, float(centre), float(half), float(growth), float(born)))
+        found.append(
+            KnotState(number, float(centre), float(half), float(growth), float(born), stuck)
+        )
     return tuple(found)
 
 
@@ -104,7 +107,7 @@ def coil_shape(
         return None
     law = real.law
     assert law.local_turns is not None and law.overtwist_turns is not None
-    _, _, dips = _places(settings.seed, law.knot_count, law.stuck_knot)
+    _, _, dips = _places(settings.seed, law.knot_count)
     uneven = law.local_depth * _smooth((amount - law.local_turns) / (0.25 * law.overtwist_turns))
     start, stop = apex_mm, real.zone_mm
     length = max(stop - start, 1e-6)
@@ -119,7 +122,8 @@ def coil_shape(
         extra = np.zeros_like(x)
         tight = np.zeros_like(x)
         for knot in knots:
-            bump = knot.growth * _bump(x, knot.centre_mm, knot.half_length_mm)
+            centre = start + 1.5 * knot.half_length_mm if knot.stuck else knot.centre_mm
+            bump = knot.growth * _bump(x, centre, knot.half_length_mm)
             extra = np.hypot(extra, bump)
             tight = np.maximum(tight, bump)
         window = _window(x, start, stop, min(1.2 * outer_mm + 0.5 * coil_mm, 0.25 * length))

@@ -74,6 +74,8 @@ def _bench(random: np.random.Generator, look: str | None) -> tuple[Camera, Look,
         braid=0.25,
         fibres_per_mm=0.25,
     )
+    if chosen.backlight:  # a lit screen has neither grain nor shadows
+        full = replace(full, ground_texture=0.0, shadow=0.0)
     return camera, full, Sensor(full_well_e=8000.0, read_noise_e=10.0)
 
 
@@ -102,4 +104,6 @@ def _hard(random: np.random.Generator, look: str | None) -> tuple[Camera, Look, 
         dust=25,
         cable=True,
     )
+    if chosen.backlight:
+        full = replace(full, ground_texture=0.0, shadow=0.0)
     return camera, full, Sensor(full_well_e=2000.0, read_noise_e=12.0, format="jpg", quality=72)
