@@ -52,10 +52,12 @@ class Camera:
 
 @dataclass(frozen=True)
 class View:
-    """Where to look. `roi_px` is x, y, width, height."""
+    """Where to look. `roi_px` is x, y, width, height; `axis_px` two points on the bundle's axis,
+    the first on the separator's exit face (empty: both are found)."""
 
     separator_side: str = "auto"  # left | right | top | bottom | none | auto
     roi_px: tuple[int, int, int, int] | None = None
+    axis_px: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True)

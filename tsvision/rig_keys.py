@@ -3,6 +3,7 @@ the commented file of `tsvision rig init` and the docs are made from this page."
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
@@ -37,6 +38,12 @@ def _in_picture(value: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
     return value
 
 
+def _two_apart(value: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    if len(value) != 2 or math.dist(*value) < 8:
+        raise ValueError("must be two points at least 8 px apart, [[x0, y0], [x1, y1]]")
+    return value
+
+
 Number = Annotated[float, BeforeValidator(_no_truth_values), Field(allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
@@ -48,6 +55,7 @@ Region = Annotated[
     AfterValidator(_in_picture),
 ]
 Points = Annotated[tuple[tuple[Number, Number], ...], BeforeValidator(_split_points)]
+TwoPoints = Annotated[Points, AfterValidator(_two_apart)]
 Lens = Annotated[
     tuple[Number, ...], BeforeValidator(_split_numbers), Field(min_length=9, max_length=9)
 ]
@@ -106,6 +114,10 @@ class ViewKeys(_Section):
         "where the separator lies: left | right | top | bottom | none | auto", '"auto"'
     )
     roi_px: Region | None = _key("look only here: x, y, width, height", "[0, 0, 1280, 720]")
+    axis_px: TwoPoints | None = _key(
+        "two points on the bundle's axis, the first on the separator's face; else found",
+        "[[120, 330], [1130, 385]]",
+    )
 
 
 SECTIONS: dict[str, type[BaseModel]] = {

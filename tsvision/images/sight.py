@@ -133,14 +133,19 @@ def find_sight(
     widths_px: tuple[float, float] | None = None,
     gamma: float = float("nan"),
     side: str = "auto",
+    along_px: tuple[tuple[float, float], ...] = (),
 ) -> Sight | None:
     """Look at some frames of one recording (same size) and find what stands still.
 
     pictures: uint8/uint16, grey or BGR. widths_px: smallest and largest bundle width that the rig
-    makes possible. side: left | right | top | bottom | auto. None when no bundle is in view.
+    makes possible. side: left | right | top | bottom | auto. along_px: two points on the axis, the
+    separator's first, as a person gave them; the line is then only refined, not sought. None when
+    no bundle is in view.
     """
     few = [pictures[i] for i in sorted({0, len(pictures) // 2, len(pictures) - 1})]
     ridges = find_ridges(few, roi_px, widths_px)
+    if along_px:
+        ridges = [_given_ridge(along_px, ridges)]
     if not ridges:
         return None
     shape = pictures[0].shape[:2]
@@ -164,6 +169,8 @@ def find_sight(
     near, far = _leg_columns(masks, half, width)
     legs = near != far
     flip = far > near if side == "auto" else _needs_flip(axis, side)
+    if along_px:
+        flip = bool(np.subtract(along_px[1], along_px[0]) @ axis.tangent(np.array(0.0)) < 0)
     if flip:
         axis = axis.reversed()
         masks = [m[::-1, ::-1] for m in masks]
@@ -180,6 +187,23 @@ def find_sight(
         separation=separation,
         gamma=gamma,
     )
+
+
+def _given_ridge(along_px: tuple[tuple[float, float], ...], found: list[Ridge]) -> Ridge:
+    """The line through two given points, as wide as the found ridge that lies nearest to it."""
+    (x0, y0), (x1, y1) = along_px
+    length = float(np.hypot(x1 - x0, y1 - y0))
+    u = np.array([x1 - x0, y1 - y0]) / length
+
+    def away(ridge: Ridge) -> float:
+        d = np.array(ridge.centre_px) - (x0, y0)
+        turn = abs(np.sin(ridge.angle_rad - np.arctan2(u[1], u[0])))
+        return float(abs(u[0] * d[1] - u[1] * d[0]) + 0.5 * length * turn)
+
+    near = min(found, key=away, default=None)
+    wide = near.width_px if near is not None and away(near) < 0.1 * length else 0.02 * length
+    centre = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
+    return Ridge(centre, float(np.arctan2(u[1], u[0])), wide, 1, 0, 0.0)
 
 
 def _shrunk(picture: np.ndarray, factor: float) -> np.ndarray:

@@ -56,7 +56,10 @@ def learn_looks(pictures: list[np.ndarray], rig: Rig, scale: Scale) -> Looks | N
     """Find the bundle and learn its looks from some pictures of one size; None if there is none."""
     given = rig.strings.count
     widths = _possible_widths(rig, scale)
-    sight = find_sight(pictures, rig.view.roi_px, widths, rig.camera.gamma, rig.view.separator_side)
+    view = rig.view
+    sight = find_sight(
+        pictures, view.roi_px, widths, rig.camera.gamma, view.separator_side, view.axis_px
+    )
     if sight is None:
         return None
     count = given or 2
@@ -72,6 +75,9 @@ def learn_looks(pictures: list[np.ndarray], rig: Rig, scale: Scale) -> Looks | N
     for _ in range(2):
         shading, diameter = _settle(cuts, section, shading, diameter, sight.sense)
     zero, known = _separator_face(ends, rig, scale, cuts)
+    if view.axis_px:
+        face = np.subtract(view.axis_px[0], sight.axis.at(np.array(0.0)))
+        zero, known = float(face @ sight.axis.tangent(np.array(0.0))), True
     return Looks(
         sight=sight,
         section=section,
@@ -106,7 +112,7 @@ def _possible_widths(rig: Rig, scale: Scale) -> tuple[float, float] | None:
 
 
 def near_window(cut: Cut, diameter_px: float, skip: float = 1.2, length: float = 7.0):
-    """s_low, s_high of a first fit beside the apex, in widths; None when the bundle is too short."""
+    """s_low, s_high of a first fit beside the apex, in widths; None if the bundle is too short."""
     columns = np.flatnonzero(cut.silhouette.bundle)
     if columns.size < 2.5 * diameter_px:
         return None
