@@ -37,6 +37,9 @@ def command(
     idle: float | None = typer.Option(
         None, "--idle", help="End when no frame has come for so many seconds (default: never)."
     ),
+    like: str | None = typer.Option(
+        None, "--like", help="A recording of the same view: known from the first frame on."
+    ),
     max_frames: int | None = typer.Option(None, "--max-frames", min=1, help="End after so many."),
     rig_path: Path | None = None,
     overrides: dict[str, object] = {},  # noqa: B006 - read only
@@ -57,11 +60,9 @@ def command(
     given = _turns(source, turns, turns_per_frame, turns_per_second, turns_from_name)
     arrivals = _arrivals(source, given, idle)
 
-    from tsvision.measures.recording import Measurer  # heavy: after the input is known good
-
     name = f"{(stop_on or Phase.knot).value}_onset"
     live = Live(rig, name, certainty)
-    rows = watch(arrivals, Measurer(rig), live)
+    rows = watch(arrivals, _measurer(rig, like), live)
     try:
         _follow(rows, stop_on is not None and not keep_going, run_command, max_frames)
     except KeyboardInterrupt:
@@ -69,6 +70,19 @@ def command(
     finally:
         rows.close()
     raise typer.Exit(_conclude(live, name))
+
+
+def _measurer(rig: Any, like: str | None) -> Any:
+    """One that knows the view from a recording of it, or one that learns as the frames come."""
+    from tsvision.images.frames import open_recording
+    from tsvision.measures import recording as measuring
+    from tsvision.timeline.learning import Learner
+
+    if like is None:
+        return Learner(lambda: measuring.Measurer(rig))
+    known = measuring.Measurer(rig)
+    known.prime(measuring.sample_pictures(open_recording(like, rig), 8))
+    return known
 
 
 def _rig(source: str, rig_path: Path | None, overrides: dict[str, object]) -> Any:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import sys
 import threading
 import time
-import types
 from dataclasses import fields
 from pathlib import Path
 
@@ -18,6 +16,7 @@ from cli.main import run
 from tests.timeline.series import Plan, Series, simulate
 from tsvision.records import Actuator, Frame, FrameResult, FrameRow, KnotSighting, Rig
 from tsvision.timeline.account import account
+from tsvision.timeline.learning import Learner
 from tsvision.timeline.live import Live
 from tsvision.timeline.sources import growing_folder, turns_from_file, turns_per_frame
 
@@ -117,6 +116,9 @@ class Replay:
     def __init__(self, rig: Rig) -> None:
         self.results = results_of(self.series)
 
+    def prime(self, pictures: list[np.ndarray]) -> None:
+        assert pictures
+
     def measure(self, frame: Frame, turns: float) -> FrameResult:
         assert turns == self.results[frame.index].row.turns
         return self.results[frame.index]
@@ -125,9 +127,7 @@ class Replay:
 def test_the_command_stops_runs_what_it_was_told_and_exits_with_0(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    module = types.ModuleType("tsvision.measures.recording")
-    module.Measurer = Replay  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "tsvision.measures.recording", module)
+    monkeypatch.setattr("tsvision.measures.recording.Measurer", Replay)
     for number in range(41):
         write_picture(tmp_path / f"f{number}.png")
     done = tmp_path / "done.txt"
@@ -145,9 +145,7 @@ def test_the_command_stops_runs_what_it_was_told_and_exits_with_0(
 def test_the_command_ends_with_3_when_no_knot_came(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    module = types.ModuleType("tsvision.measures.recording")
-    module.Measurer = Replay  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "tsvision.measures.recording", module)
+    monkeypatch.setattr("tsvision.measures.recording.Measurer", Replay)
     for number in range(15):
         write_picture(tmp_path / f"f{number}.png")
     assert run(["watch", str(tmp_path), "--turns-per-frame", "1", "--idle", "0.2"]) == 3
@@ -161,3 +159,32 @@ def test_a_stream_that_does_not_answer_and_unknown_turns_are_one_line(
     assert "turns are not known" in capsys.readouterr().err
     assert run(["watch", str(tmp_path), "--exec", "true"]) == 2
     assert "--stop-on" in capsys.readouterr().err
+
+
+class Pupil:
+    """Sees the twist only when it has learnt from a picture with enough turns in it."""
+
+    made = 0
+
+    def __init__(self) -> None:
+        Pupil.made += 1
+        self.best = 0.0
+
+    def prime(self, pictures: list[np.ndarray]) -> None:
+        self.best = max(float(p.max()) for p in pictures)
+
+    def measure(self, frame: Frame, turns: float) -> FrameResult:
+        pitch = 20.0 if self.best >= 2.0 else float("nan")
+        return FrameResult(FrameRow(frame.index, frame.file, turns=turns, pitch_px=pitch))
+
+
+def test_the_view_is_learnt_anew_until_the_twist_is_seen_and_then_stands() -> None:
+    Pupil.made = 0
+    learner = Learner(Pupil)
+    seen = []
+    for i in range(12):
+        frame = Frame(i, f"f{i}", np.full((4, 4), float(i)))
+        seen.append(np.isfinite(learner.measure(frame, float(i)).row.pitch_px))
+    assert seen == [False] * 3 + [True] * 9
+    assert learner.settled
+    assert Pupil.made == 4  # at first, and with 1, 2 and 4 pictures; not again once it is known

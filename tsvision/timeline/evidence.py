@@ -17,8 +17,9 @@ MOST = 4.0
 DEAD_FLAGS = ("UNREADABLE", "WRONG_SIZE", "BLANK", "NO_BUNDLE")
 ENVELOPE_NOISE = 0.04  # relative error of the largest E read from one view
 DIAMETER_NOISE = 0.04  # relative error of a knot's largest diameter in one view
-STRAIGHT = 0.5  # a knot in a bundle that coils nowhere (A below this share of the criterion) …
-STRAIGHT_COST = 1.0  # … is doubtful by this log-odds: knots grow out of coiling
+STRAIGHT = 0.5  # a knot in a bundle that coils nowhere else (A below this share of the criterion,
+STRAIGHT_BASELINE = 1.08  # or E₀ hardly above D) …
+STRAIGHT_COST = 1.5  # … is doubtful by this log-odds: knots grow out of coiling, as a rule
 CONFIDENCE_IF_UNKNOWN = 0.95
 
 
@@ -98,6 +99,7 @@ def knot_evidence(frames: pd.DataFrame, certainty: np.ndarray, criteria: Criteri
     speaks_for = np.log(chance / (1.0 - chance))
     miss = np.clip(norm.cdf(_margin(frames, criteria) / ENVELOPE_NOISE), 0.03, 0.3)
     straight = ratio_of(frames, "coil_amplitude") < STRAIGHT * criteria.coil_ratio
+    straight |= ratio_of(frames, "baseline_envelope") < STRAIGHT_BASELINE
     result = np.where(seen, speaks_for - STRAIGHT_COST * straight, np.log(miss))
     return np.where(measured(frames), np.clip(result, -MOST, MOST), 0.0)
 
