@@ -119,6 +119,7 @@ def test_every_key_survives_the_writing() -> None:
         "camera.length_mm": "23,2",
         "camera.points_px": [[1.5, 2], [300.25, 4]],
         "view.separator_side": "left",
+        "view.axis_px": [[20.5, 60], [220, 61]],
         "view.roi_px": None,
     }
     text = rig_text(fields)
@@ -129,6 +130,7 @@ def test_every_key_survives_the_writing() -> None:
     assert "# roi_px" in text
     rig = given_rig(fields)
     assert (rig.strings.count, rig.view.separator_side) == (6, "left")
+    assert rig.view.axis_px == ((20.5, 60.0), (220.0, 61.0))
 
 
 @pytest.mark.parametrize(
@@ -152,7 +154,7 @@ def test_the_page_shows_what_was_found(served: tuple[SetupServer, Path], tmp_pat
     assert console == []
     assert "Found; is it right?" in page
     assert re.search(r'data-lines="upper lower"[^>]* d="M\d', page)
-    assert page.count("<circle") == 4
+    assert page.count("<circle") == 6
 
 
 def test_the_frame_shown_can_be_chosen(tmp_path: Path) -> None:

@@ -4,16 +4,20 @@ const SVG = "http://www.w3.org/2000/svg", byId = (id) => document.getElementById
 const view = byId("view"), form = byId("form"), { width: W, height: H } = data.picture;
 const start = data.fields;
 
-// Handles in the frame's own pixels: two corners of the region, two ends of the ruler.
+// Handles in the frame's own pixels: two corners of the region, two ends of the ruler, and the
+// axis from the separator's face to the motor's connector.
 const roi = start["view.roi_px"] || [Math.round(W * 0.04), Math.round(H * 0.1), Math.round(W * 0.92), Math.round(H * 0.8)];
+const axis = start["view.axis_px"] || [[W * 0.15, H * 0.5], [W * 0.85, H * 0.5]];
 const points = start["camera.points_px"] || [[W * 0.3, H * 0.9], [W * 0.7, H * 0.9]];
 const handles = {
   "region, top left": { x: roi[0], y: roi[1], colour: "#F0E442" },
   "region, bottom right": { x: roi[0] + roi[2], y: roi[1] + roi[3], colour: "#F0E442" },
+  "axis, at the separator's face": { x: axis[0][0], y: axis[0][1], colour: "#CC79A7" },
+  "axis, at the connector": { x: axis[1][0], y: axis[1][1], colour: "#CC79A7" },
   "ruler, one end": { x: points[0][0], y: points[0][1], colour: "#ffffff" },
   "ruler, other end": { x: points[1][0], y: points[1][1], colour: "#ffffff" },
 };
-const [A, B, P, Q] = Object.values(handles);
+const [A, B, F, C, P, Q] = Object.values(handles);
 
 function region() {
   const x = Math.round(Math.min(A.x, B.x)), y = Math.round(Math.min(A.y, B.y));
@@ -32,6 +36,8 @@ function fields() {
     if (/^(strings|actuator)\./.test(input.name)) out[input.name] = input.value.trim();
   out["view.separator_side"] = form.elements["view.separator_side"].value;
   if (byId("use-region").checked) out["view.roi_px"] = region();
+  const tenths = (...ends) => ends.map((p) => [p.x, p.y].map((v) => Math.round(v * 10) / 10));
+  if (byId("use-axis").checked) out["view.axis_px"] = tenths(F, C);
   const kind = scaleKind();
   if (kind === "given") {
     out["camera.mm_per_px"] = form.elements["camera.mm_per_px"].value.trim();
@@ -41,7 +47,7 @@ function fields() {
   if (kind === "length") {
     out["camera.scale_from"] = kind;
     out["camera.length_mm"] = form.elements["camera.length_mm"].value.trim();
-    out["camera.points_px"] = [[P.x, P.y], [Q.x, Q.y]].map((p) => p.map((v) => Math.round(v * 10) / 10));
+    out["camera.points_px"] = tenths(P, Q);
   }
   if (kind === "kept")
     for (const key of ["camera.scale_from", "camera.board", "camera.length_mm", "camera.points_px"]) out[key] = start[key];
@@ -54,8 +60,10 @@ function draw() {
   for (const [key, value] of Object.entries({ x, y, width: w, height: h })) rect.setAttribute(key, value);
   byId("shade").setAttribute("d", on ? `M${-1} ${-1}H${W}V${H}H-1ZM${x} ${y}v${h}h${w}v${-h}Z` : "");
   rect.style.opacity = on ? 1 : 0.45;
-  for (const line of byId("ruler").children)
-    for (const [key, value] of Object.entries({ x1: P.x, y1: P.y, x2: Q.x, y2: Q.y })) line.setAttribute(key, value);
+  for (const [id, from, to] of [["ruler", P, Q], ["axis", F, C]])
+    for (const line of byId(id).children)
+      for (const [key, value] of Object.entries({ x1: from.x, y1: from.y, x2: to.x, y2: to.y })) line.setAttribute(key, value);
+  byId("axis").style.opacity = byId("use-axis").checked ? 1 : 0.3;
   byId("ruler").style.opacity = scaleKind() === "length" ? 1 : 0.45;
   for (const h of Object.values(handles)) { h.node.setAttribute("cx", h.x); h.node.setAttribute("cy", h.y); }
   const px = Math.hypot(P.x - Q.x, P.y - Q.y), mm = number(form.elements["camera.length_mm"].value);
@@ -71,6 +79,7 @@ function move(handle, x, y) {
   handle.x = Math.min(Math.max(x, 0), W - 1);
   handle.y = Math.min(Math.max(y, 0), H - 1);
   if (handle === A || handle === B) byId("use-region").checked = true;
+  else if (handle === F || handle === C) byId("use-axis").checked = true;
   else form.elements.scale.value = "length";
   draw();
 }
@@ -118,14 +127,22 @@ async function look() {
       line.insertCell().textContent = text;
       for (const cell of line.cells) cell.className = "word";
     }
-    if (found.separator && found.axis[1] && scaleKind() !== "length") {
-      [P.x, P.y] = found.separator;
-      [Q.x, Q.y] = found.axis[1];
-      draw();
-    }
+    // What was found is where a person's hand begins, unless the person has been there already.
+    const [face, far] = found.axis;
+    if (face && far && !byId("use-axis").checked) { [F.x, F.y] = face; [C.x, C.y] = inside(face, far); }
+    draw();
     say(found.found ? "Found; is it right?" : "No bundle was found: draw the region around it, or name the separator's side.");
   } catch (problem) { say(problem.message); }
   finally { byId("try").disabled = false; }
+}
+
+// The found line may end outside the picture; its handle must not.
+function inside([x0, y0], [x1, y1]) {
+  let t = 1;
+  for (const [from, to, most] of [[x0, x1, W - 1], [y0, y1, H - 1]])
+    if (to > most) t = Math.min(t, (most - from) / (to - from));
+    else if (to < 0) t = Math.min(t, from / (from - to));
+  return [x0 + t * (x1 - x0), y0 + t * (y1 - y0)];
 }
 
 async function save(event) {
@@ -141,6 +158,7 @@ async function save(event) {
 function fill() {
   for (const key in start) { const input = form.elements[key]; if (input && !(input instanceof RadioNodeList)) input.value = start[key]; }
   byId("use-region").checked = "view.roi_px" in start;
+  byId("use-axis").checked = "view.axis_px" in start;
   const from = start["camera.scale_from"];
   let kind = "camera.mm_per_px" in start ? "given" : from === "hole_distance" ? from : from === "length" && start["camera.points_px"] ? "length" : "none";
   if (from && kind === "none") {
