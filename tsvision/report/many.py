@@ -61,9 +61,8 @@ def _titles(measured: Sequence[Measured]) -> list[str]:
 def _row(measured: Measured, title: str, out: Path, last: float, number: int) -> dict[str, Any]:
     summary, rig = measured.summary, rig_of(measured.summary)
     diameter, angle = summary.get("diameter_mm") or {}, summary.get("helix_angle_deg") or {}
-    load = np.nanmedian(_or_nan(measured.frames["load_N"].to_numpy(float)))
-    if not math.isfinite(load):
-        load = rig.get("actuator.load_N")
+    loads = measured.frames["load_N"].dropna()
+    load = float(loads.median()) if len(loads) else rig.get("actuator.load_N")
     return {
         "number": number,
         "title": title,
@@ -116,7 +115,3 @@ def _link(folder: Path, out: Path) -> str:
     if not page.is_file():
         return ""
     return quote(Path(os.path.relpath(page, out.resolve().parent)).as_posix())
-
-
-def _or_nan(values: np.ndarray) -> np.ndarray:
-    return values[np.isfinite(values)] if np.isfinite(values).any() else np.array([np.nan])

@@ -55,6 +55,17 @@ class Measured:
             for values in part[known].itertuples(index=False)
         ]
 
+    def track_labels(self, frame: int) -> list[str]:
+        """The track of each knot of a frame, in the order of `sightings`; in brackets where the
+        knot was hidden from view and stands where its track says."""
+        part = self.knots[self.knots["frame"] == frame]
+        if "track" not in part.columns:
+            return []
+        seen = part["seen"] if "seen" in part.columns else pd.Series(True, part.index)
+        return [
+            f"{int(t)}" if s else f"({int(t)})" for t, s in zip(part["track"], seen, strict=True)
+        ]
+
 
 def read_measured(folder: Path) -> Measured:
     """Read what `tsvision measure` wrote; InputError when the folder is no such output."""

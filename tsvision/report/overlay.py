@@ -24,13 +24,14 @@ def draw_overlay(
     knots: Sequence[KnotSighting] = (),
     zoom: int | None = None,
     caption: bool = True,
+    labels: Sequence[str] = (),
 ) -> np.ndarray:
     """Axis, both edges, envelope, near-separator region, separator and knots on the picture.
 
     `frame` is (H, W) or (H, W, 3) BGR, uint8 or uint16, and is not changed. Returns a new
     (zoom H + caption, zoom W, 3) uint8 BGR picture. `zoom` (default: 1 from 1200 px width on, else
     2) enlarges first, so that a line of 1 px hides less of a thin bundle. The caption stands in a
-    strip above the picture and hides nothing.
+    strip above the picture and hides nothing. `labels` names the knots, in their order.
     """
     zoom = zoom or (1 if frame.shape[1] >= 1200 else 2)
     canvas = display_bgr(frame)
@@ -38,7 +39,10 @@ def draw_overlay(
         canvas = cv2.resize(canvas, None, fx=zoom, fy=zoom, interpolation=cv2.INTER_CUBIC)
     else:
         canvas = canvas.copy()
-    _draw_trace(canvas, trace_frame(row, profile, knots), zoom)
+    trace = trace_frame(row, profile, knots)
+    _draw_trace(canvas, trace, zoom)
+    if len(labels) == len(trace.knots):
+        _draw_labels(canvas, trace.knots, labels, zoom)
     return with_caption(canvas, row) if caption else canvas
 
 
@@ -78,6 +82,17 @@ def _draw_trace(canvas: np.ndarray, trace: Trace, zoom: int) -> None:
     _polyline(canvas, trace.separator, zoom, palette.SEPARATOR, thickness=2)
     for box in trace.knots:
         _polyline(canvas, box, zoom, palette.KNOTS, closed=True, thickness=2)
+
+
+def _draw_labels(
+    canvas: np.ndarray, boxes: Sequence[np.ndarray], labels: Sequence[str], zoom: int
+) -> None:
+    """Each label above the top of its box, in the knots' colour on a dark rim."""
+    for box, label in zip(boxes, labels, strict=True):
+        x, y = box[:, 0].mean() * zoom, box[:, 1].min() * zoom - 6
+        at = (round(x) - 5 * len(label), max(round(y), 14))
+        cv2.putText(canvas, label, at, _FONT, 0.6, (0, 0, 0), 3, cv2.LINE_AA)
+        cv2.putText(canvas, label, at, _FONT, 0.6, palette.bgr(palette.KNOTS), 1, cv2.LINE_AA)
 
 
 def _polyline(

@@ -79,6 +79,7 @@ def _tiles(
         if frame is None or frame.pixels is None:
             continue
         x0, y0, x1, y1 = shown.window_px(traces, frame.pixels.shape[1], frame.pixels.shape[0])
-        drawn = draw_overlay(frame.pixels, row, profile, seen, zoom=2, caption=False)
+        labels = measured.track_labels(row.frame)
+        drawn = draw_overlay(frame.pixels, row, profile, seen, zoom=2, caption=False, labels=labels)
         tiles.append((drawn[2 * y0 : 2 * y1, 2 * x0 : 2 * x1], row))
     return tiles

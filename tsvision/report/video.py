@@ -81,7 +81,8 @@ def _overlay(
         canvas[: part.shape[0], : part.shape[1]] = part
     row = measured.row(index)
     profile = measured.profile(row)
-    return draw_overlay(canvas, row, profile, measured.sightings(row.frame))
+    labels = measured.track_labels(row.frame)
+    return draw_overlay(canvas, row, profile, measured.sightings(row.frame), labels=labels)
 
 
 def _encode(path: Path, pictures: Iterator[np.ndarray], rate: float) -> None:
