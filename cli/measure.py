@@ -29,6 +29,9 @@ def command(
         None, "--turns-from-name", help="Regular expression with one group: turns in file names."
     ),
     frames: str | None = typer.Option(None, "--frames", help="A:B measures frames A to B-1 only."),
+    uncertainty_budget: bool = typer.Option(
+        False, "--uncertainty-budget", help="Where each uncertainty comes from; writes budget.csv."
+    ),
     as_json: bool = typer.Option(False, "--json", help="Print summary.json on stdout."),
     quiet: bool = typer.Option(False, "--quiet", "-q", help="No progress on stderr."),
     rig_path: Path | None = None,
@@ -58,6 +61,7 @@ def command(
             turns_from_name,
             parse_range(frames),
             progress,
+            uncertainty_budget=uncertainty_budget,
         )
     summary = read_summary(out)
     if as_json:
@@ -66,6 +70,8 @@ def command(
     for note in summary["notes"]:
         typer.echo(f"{name}: {note}", err=True)
     typer.echo(describe(name, summary))
+    if uncertainty_budget:
+        typer.echo(budget_in_words(out))
     typer.echo(f"written to {out}")
 
 
@@ -112,6 +118,22 @@ def describe(name: str, summary: dict[str, Any]) -> str:
         for key in ("overtwist_onset", "local_overtwist_onset", "knot_onset", "irreversible_onset")
         if key in summary
     ]
+    return "\n".join(lines)
+
+
+def budget_in_words(out: Path) -> str:
+    """The typical frame's uncertainty by source."""
+    import pandas as pd
+
+    from tsvision.results.budget import typical_budget
+
+    typical = typical_budget(pd.read_csv(out / "budget.csv"))
+    lines = ["where the uncertainty of the typical frame comes from:"]
+    for row in typical.itertuples():
+        lines.append(
+            f"  {row.quantity} {row.value:.4g} {row.unit}: {row.source} ± {row.sd:.2g} {row.unit} "
+            f"({row.share_percent:.0f} % of the variance)"
+        )
     return "\n".join(lines)
 
 

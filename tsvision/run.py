@@ -18,7 +18,9 @@ from tsvision.atomic import write_text
 from tsvision.errors import InputError
 from tsvision.images.frames import input_files, open_recording, part_of
 from tsvision.records import FrameResult, Recording
+from tsvision.results.budget import write_budget
 from tsvision.results.folder import PROFILES, SUMMARY, check_out, staged
+from tsvision.results.read import read_table
 from tsvision.results.summary import make_summary, sha256_of, to_json
 from tsvision.results.tables import (
     KnotCollector,
@@ -62,12 +64,14 @@ def measure_to_folder(
     frames: tuple[int, int | None] | None = None,
     progress: Progress | None = None,
     measure: Measure | None = None,
+    uncertainty_budget: bool = False,
 ) -> Path:
     """Measure a recording into the folder `out` and return it.
 
     `frames` = (A, B) measures frames A..B-1 only. `rig_path` None takes the rig.toml beside the
-    recording. `measure` replaces the measuring of frames (for tests). Raises InputError before
-    any work when the input is not usable or `out` cannot be written.
+    recording. `measure` replaces the measuring of frames (for tests). `uncertainty_budget` adds
+    budget.csv. Raises InputError before any work when the input is not usable or `out` cannot be
+    written.
     """
     out = Path(out)
     request = Request(
@@ -77,6 +81,8 @@ def measure_to_folder(
     check_out(out, overwrite, need_bytes=_BYTES_A_FRAME * len(recording.files))
     with staged(out) as folder:
         write_measurement(folder, recording, measure or measuring(), first, progress)
+        if uncertainty_budget:
+            write_budget(folder, read_table(folder / "frames.parquet"))
     return out
 
 

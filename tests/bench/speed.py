@@ -1,0 +1,173 @@
+"""Speed end to end: from files to rows, as a share of the decode rate alone.
+
+    python -m tests.bench.speed [--frames 96] [--json]
+
+Renders 24 frames of 1920x1080 per case (straight, coiled), repeats them forth and back as a PNG
+folder and an H.264 film, and prints for each: decoding alone, decoding and measuring, their ratio
+in CPU time of one core (which a busy machine does not bend), the median time of measuring a frame,
+and how two processes do against one in wall time (which a busy machine does bend).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+RENDERED = 24
+CASES = {"straight": "6:18:0.5", "coiled": "30:42:0.5"}
+AIMS = {"straight": 0.8, "coiled": 0.4}
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+def main() -> None:
+    """Render, run every case in processes of their own, print the table."""
+    words = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    words.add_argument("--frames", type=int, default=96)
+    words.add_argument("--json", action="store_true")
+    words.add_argument("--one", help=argparse.SUPPRESS)  # a child process: measure this recording
+    given = words.parse_args()
+    if given.one:
+        print(json.dumps(run_one(Path(given.one))))
+        return
+    with tempfile.TemporaryDirectory() as place:
+        rows = [row for case in CASES for row in run_case(Path(place), case, given.frames)]
+    if given.json:
+        print(json.dumps(rows, indent=2))
+        return
+    head = f"{'case':9} {'kind':5} {'decode/s':>9} {'whole/s':>8} {'share':>6} {'aim':>5}"
+    print(f"{head} {'measure ms':>11} {'2 of 1':>7}")
+    for r in rows:
+        print(
+            f"{r['case']:9} {r['kind']:5} {r['decode_per_cpu_s']:9.1f} {r['whole_per_cpu_s']:8.1f} "
+            f"{r['share']:6.2f} {r['aim']:5.2f} {r['measure_ms']:11.1f} {r['two_of_one']:7.2f}"
+        )
+
+
+def run_case(place: Path, case: str, count: int) -> list[dict[str, Any]]:
+    """The PNG folder and the film of one case."""
+    rendered = render(place, case)
+    sources = {
+        "png": png_folder(place / f"{case}_png", rendered, count),
+        "h264": film(place / f"{case}.mp4", rendered, count),
+    }
+    return [
+        {"case": case, "kind": kind, "aim": AIMS[case], **timed(p)} for kind, p in sources.items()
+    ]
+
+
+def timed(source: Path) -> dict[str, Any]:
+    """One process alone, then two at once."""
+    alone = finish(start(source))
+    both = [finish(child) for child in [start(source), start(source)]]
+    alone["two_of_one"] = sum(alone["wall_s"] / one["wall_s"] for one in both)
+    return alone
+
+
+def start(source: Path) -> subprocess.Popen[str]:
+    """A child process that measures `source` with one thread a library."""
+    command = [sys.executable, "-m", "tests.bench.speed", "--one", str(source)]
+    environment = {**os.environ, **dict.fromkeys(ONE_THREAD, "1")}
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+
+
+def finish(child: subprocess.Popen[str]) -> dict[str, Any]:
+    """Its answer."""
+    out, _ = child.communicate()
+    if child.returncode:
+        raise SystemExit(f"the child failed ({child.returncode})")
+    return json.loads(out)
+
+
+def run_one(source: Path) -> dict[str, Any]:
+    """Decode alone, then decode and measure, in CPU seconds of this process."""
+    import cv2
+    import numpy as np
+
+    from tsvision.images.frames import iter_frames
+    from tsvision.measures.recording import measure_frames
+    from tsvision.run import Request, open_request
+
+    cv2.setNumThreads(1)
+    recording, _ = open_request(Request(source, turns_per_frame=0.5))
+    count = len(recording.files)
+    for _ in measure_frames(recording, stop=3):
+        pass  # compile and warm up
+    begun_s = time.process_time()
+    decoded = sum(f.pixels is not None for f in iter_frames(recording, threads=1, color=False))
+    decode_s = time.process_time() - begun_s
+    begun_s, begun_wall_s = time.process_time(), time.monotonic()
+    rows = [result.row for result in measure_frames(recording)]
+    whole_s, wall_s = time.process_time() - begun_s, time.monotonic() - begun_wall_s
+    measured = int(np.isfinite([row.diameter_px for row in rows]).sum())
+    assert decoded == count
+    return {
+        "frames": count,
+        "measured": measured,
+        "decode_per_cpu_s": count / decode_s,
+        "whole_per_cpu_s": count / whole_s,
+        "share": decode_s / whole_s,
+        "measure_ms": 1000 * (whole_s - decode_s) / count,
+        "wall_s": wall_s,
+    }
+
+
+def render(place: Path, case: str) -> Path:
+    """24 frames with sensor noise."""
+    out = place / f"{case}_rendered"
+    command = [sys.executable, "-m", "cli.main", "synth", "--out", str(out)]
+    command += ["--turns", CASES[case], "--size", "1920x1080", "--preset", "bench", "--seed", "3"]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return out
+
+
+def there_and_back(pictures: list[Path], count: int) -> list[Path]:
+    """The pictures forth and back, so that one always follows its neighbour."""
+    round_trip = pictures + pictures[-2:0:-1]
+    return [round_trip[i % len(round_trip)] for i in range(count)]
+
+
+def pictures_of(rendered: Path) -> list[Path]:
+    """The frames of a rendered recording."""
+    from tsvision.images.frames import input_files, open_recording
+
+    return list(input_files(open_recording(rendered)))[:RENDERED]
+
+
+def png_folder(folder: Path, rendered: Path, count: int) -> Path:
+    """The pictures as a folder, linked."""
+    folder.mkdir()
+    for i, picture in enumerate(there_and_back(pictures_of(rendered), count)):
+        os.link(picture, folder / f"f{i:05d}.png")
+    (folder / "rig.toml").write_bytes((rendered / "rig.toml").read_bytes())
+    return folder
+
+
+def film(path: Path, rendered: Path, count: int) -> Path:
+    """The pictures as H.264."""
+    import av
+    import cv2
+
+    with av.open(str(path), "w") as container:
+        stream: Any = container.add_stream("libx264", rate=50, options={"preset": "veryfast"})
+        stream.width, stream.height, stream.pix_fmt = 1920, 1080, "yuv420p"
+        stream.time_base = Fraction(1, 50)
+        for i, picture in enumerate(there_and_back(pictures_of(rendered), count)):
+            pixels: Any = cv2.imread(str(picture))
+            frame = av.VideoFrame.from_ndarray(pixels, format="bgr24")
+            frame.pts = i
+            container.mux(stream.encode(frame.reformat(format="yuv420p")))
+        container.mux(stream.encode())
+    path.with_suffix(".rig.toml").write_bytes((rendered / "rig.toml").read_bytes())
+    return path
+
+
+if __name__ == "__main__":
+    main()
