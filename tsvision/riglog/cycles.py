@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from tsvision.riglog.read import Finding, RigLog, saturated_level
 
@@ -18,8 +19,11 @@ PAUSE = 5.0  # a gap this many times the usual step is a pause in the log
 FEW_PAUSES = 3
 NEAR_ROWS = 4  # the counter may count this many rows beside the start
 RUNNING = 0.10  # of the 95th percentile of current: above it the motor pulls
+OFF_MA = 10.0  # a motor that is off shows the sensor's offset only: less than this ...
+OFF_SHARE = 0.01  # ... or this share of the 95th percentile
 LEAST_RUNNING_MA = 10.0  # no motor of such a rig turns on less
 OVERLOAD = 2.0  # times that percentile: above it the motor starts or stalls
+COMMON = 0.3  # least share of rests that are of the long kind
 SUPPLY_ON = 0.5  # of the median supply
 
 
@@ -55,12 +59,13 @@ def levels(log: RigLog) -> Levels:
     plain = log.current_mA[(log.current_mA < top) & on]
     high = float(np.quantile(plain, 0.95)) if plain.size else 0.0
     running = max(RUNNING * high, LEAST_RUNNING_MA)
-    off = plain[plain < running]
-    idle = float(np.median(off[off <= np.quantile(off, 0.5)])) if off.size else 0.0
+    off = plain[np.abs(plain) < max(OFF_MA, OFF_SHARE * high)]
+    idle = float(np.median(off)) if off.size else 0.0
     pulling = plain[plain >= running]
     half = pulling[: max(pulling.size // 2, 1)]
     load = float(np.median(half)) if half.size else float("nan")
-    spinning = idle + 0.1 * (running - idle)
+    noise = float(np.median(np.abs(off - idle))) if off.size else 0.0
+    spinning = min(idle + max(OFF_MA / 2, OFF_SHARE * high, 6 * noise), running)
     return Levels(idle, spinning, running, load, min(OVERLOAD * high, top), top)
 
 
@@ -90,7 +95,8 @@ def find_cycles(log: RigLog) -> Cycles:
     by = "pauses" if pause.sum() - 1 >= FEW_PAUSES else "rests"
     running = log.current_mA >= known.running_mA
     by_pauses = by == "pauses"
-    start = _after_pauses(pause, step, running) if by_pauses else _after_rests(log, running)
+    spinning = log.current_mA > known.spinning_mA
+    start = _after_pauses(pause, step, running) if by_pauses else _after_rests(log, spinning)
     of_row = np.searchsorted(start, np.arange(log.time_s.size), side="right")
     counter = log.cycle[start] if start.size else np.empty(0)
     findings = [*_odd_pauses(log, pause, start, by), *_counter(log, start, pause)]
@@ -117,31 +123,43 @@ def _after_pauses(pause: np.ndarray, step: np.ndarray, running: np.ndarray) -> n
     )
 
 
-def _after_rests(log: RigLog, running: np.ndarray) -> np.ndarray:
-    """Motor starts after the longer kind of rest (a short one lies between winding and back)."""
-    begin = np.flatnonzero(running & ~np.roll(running, 1))
-    begin = begin[begin > 0] if running[0] else begin
+def _after_rests(log: RigLog, spinning: np.ndarray) -> np.ndarray:
+    """Motor starts after the longer kind of rest (a short one lies between winding and back).
+
+    The motor counts as on while it spins, loaded or not: after a break it turns without load.
+    """
+    # Three of five rows: noise about the level starts and stops no motor.
+    turning = uniform_filter1d(spinning.astype(float), 5, mode="nearest") > 0.5
+    begin = np.flatnonzero(turning & ~np.roll(turning, 1))
+    begin = begin[begin > 0] if turning[0] else begin
     if not begin.size:
         return begin
     on = supply_on(log)
-    latest = np.maximum.accumulate(np.where(running, np.arange(running.size), 0))
+    latest = np.maximum.accumulate(np.where(turning, np.arange(turning.size), 0))
     last = latest[begin - 1]
-    rest = log.time_s[begin] - log.time_s[last]
+    rest = np.maximum(log.time_s[begin] - log.time_s[last], 1e-9)
     off_so_far = np.append(0, np.cumsum(~on))
-    broken_off = off_so_far[begin + 1] > off_so_far[last]
-    kept = rest > PAUSE * usual_step_s(log)
+    kept = (off_so_far[begin + 1] == off_so_far[last]) | (last == 0)
+    kept &= rest > PAUSE * usual_step_s(log)
     kept[0] = True
-    kept &= ~broken_off | (last == 0)
     begin, rest = begin[kept], rest[kept]
-    if begin.size < 4:
-        return begin
-    ordered = np.sort(np.log(rest[1:]))
-    gap = np.diff(ordered)
-    cut = int(np.argmax(gap))
-    two_kinds = gap[cut] > np.log(2) and 0.2 < (cut + 1) / ordered.size < 0.8
-    long_enough = np.log(np.maximum(rest, 1e-9)) > ordered[cut] + 1e-9 if two_kinds else rest >= 0
+    long_enough = np.log(rest) > _shortest_long_rest(np.log(rest[1:]))
     long_enough[0] = True
     return begin[long_enough]
+
+
+def _shortest_long_rest(log_rest: np.ndarray) -> float:
+    """Below this (log s) a rest lies inside a cycle; -inf where all rests are of one kind.
+
+    Two kinds are told apart by the widest gap between rests, a factor of 2 at least; the long
+    kind has to be common, or a single long stop would swallow all cycles.
+    """
+    if log_rest.size < 4:
+        return -np.inf
+    ordered = np.sort(log_rest)
+    gap = np.diff(ordered)[: int((1 - COMMON) * ordered.size)]
+    cut = int(np.argmax(gap))
+    return float(ordered[cut] + gap[cut] / 2) if gap[cut] > np.log(2) else -np.inf
 
 
 def _odd_pauses(log: RigLog, pause: np.ndarray, start: np.ndarray, by: str) -> list[Finding]:
