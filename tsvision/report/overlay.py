@@ -90,9 +90,10 @@ def _draw_labels(
     """Each label above the top of its box, in the knots' colour on a dark rim."""
     for box, label in zip(boxes, labels, strict=True):
         x, y = box[:, 0].mean() * zoom, box[:, 1].min() * zoom - 6
-        at = (round(x) - 5 * len(label), max(round(y), 14))
-        cv2.putText(canvas, label, at, _FONT, 0.6, (0, 0, 0), 3, cv2.LINE_AA)
-        cv2.putText(canvas, label, at, _FONT, 0.6, palette.bgr(palette.KNOTS), 1, cv2.LINE_AA)
+        size = 0.8 * zoom
+        at = (round(x - 9 * size * len(label)), max(round(y), round(24 * size)))
+        cv2.putText(canvas, label, at, _FONT, size, (0, 0, 0), 3 * zoom, cv2.LINE_AA)
+        cv2.putText(canvas, label, at, _FONT, size, palette.bgr(palette.KNOTS), zoom, cv2.LINE_AA)
 
 
 def _polyline(

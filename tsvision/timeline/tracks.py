@@ -28,6 +28,7 @@ MISS_COST = 1.5  # log-odds that a frame without a sighting takes from a track
 CONFIRMED = 2.5  # log-odds from which a track counts
 ARTEFACT_TURNS = 5.0  # what stands out below this turn count, before anything can coil, …
 ARTEFACT_REACH_D = 1.5  # … makes all that stands out at the same place …
+ARTEFACT_SHARE = 0.4  # … if it shows in this share of the first frames, …
 ARTEFACT_GROWTH = 1.3  # … and is not larger than this many times: hardware, dirt, a fibre
 
 
@@ -81,16 +82,29 @@ def track_knots(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> Trac
     for track in tracks:
         number[track.rows] = track.number
         supported[track.rows] = np.minimum(odds[track.rows], _net_odds(track, order))
-    artefact = _artefacts(tracks, place, numbers(knots, "max_diameter_mm"), order)
+    steps_of = np.array([step for step, rows in enumerate(rows_at) for _ in rows], dtype=int)
+    step_of_row = np.zeros(len(knots), dtype=int)
+    step_of_row[np.concatenate([*rows_at, np.zeros(0, dtype=int)])] = steps_of
+    size = numbers(knots, "max_diameter_mm")
+    artefact = _artefacts(tracks, place, size, step_of_row, good, order)
     table = _describe(tracks, frames, knots, order, artefact)
     confirmed = np.isin(number, table.loc[table["confirmed"], "track"])
     return Tracking(number, table, confirmed, artefact, 1 / (1 + np.exp(-supported)))
 
 
 def _artefacts(
-    tracks: list[Track], place: np.ndarray, size: np.ndarray, order: Order
+    tracks: list[Track],
+    place: np.ndarray,
+    size: np.ndarray,
+    step_of_row: np.ndarray,
+    good: np.ndarray,
+    order: Order,
 ) -> np.ndarray:
-    """(rows,) sightings of what was there before anything could knot, and did not grow."""
+    """(rows,) sightings of what was there before anything could knot, and did not grow.
+
+    It must have shown in a good part of the untwisted frames: strands that do not touch yet throw
+    up a chance sighting here and there, and that must not blind a place for the rest of the film.
+    """
     found = np.zeros(len(place), dtype=bool)
     for track in tracks:
         wind = order.wind[track.steps]
@@ -99,8 +113,11 @@ def _artefacts(
             continue
         here = np.abs(place - np.median(place[early])) < ARTEFACT_REACH_D
         first = size[early][np.isfinite(size[early])]
-        limit = ARTEFACT_GROWTH * float(np.median(first)) if len(first) else np.inf
-        found |= here & ~(size > limit)
+        here &= ~(size > (ARTEFACT_GROWTH * float(np.median(first)) if len(first) else np.inf))
+        before = good & (order.wind < 2 * ARTEFACT_TURNS) & (order.run == 0)
+        shown = np.isin(np.flatnonzero(before), step_of_row[here])
+        if len(shown) and shown.mean() >= ARTEFACT_SHARE:
+            found |= here
     return found
 
 
