@@ -134,7 +134,15 @@ def test_a_measured_folder_is_compared_with_its_own_diameter_and_pitch(tmp_path:
         pd.DataFrame({"frame": [0]}).to_parquet(tmp_path / f"{name}.parquet")
     rig = {"strings.count": 2, "strings.diameter_mm": 0.3, "actuator.twisting_zone_mm": 24.0}
     rig["actuator.hole_distance_mm"] = 4.0
-    (tmp_path / "summary.json").write_text(json.dumps({"frames_total": 20, "rig": rig}))
+    nothing = {"value": None, "sd": None}
+    summary = {
+        **dict.fromkeys(("format", "frames_total", "frames_measured", "frames_flagged"), 1),
+        **dict.fromkeys(("diameter_mm", "diameter_px", "helix_angle_deg"), nothing),
+        "rig": rig,
+        "input": {},
+        "flags": {},
+    }
+    (tmp_path / "summary.json").write_text(json.dumps(summary))
     sample = read_sample([tmp_path], Rig())
     assert sample.known["radius_mm"][0] == pytest.approx(0.3)
     assert sample.known["pitch_mm"][0] == pytest.approx(1.3)

@@ -15,6 +15,12 @@ from tsvision.models import SECTIONS
 from tsvision.validation.bundles import read_bundles
 from tsvision.validation.measured import Bundles, check, judge
 
+NOTHING = {"value": None, "sd": None}
+EMPTY_SUMMARY = {
+    **dict.fromkeys(("format", "frames_total", "frames_measured", "frames_flagged"), 1),
+    **dict.fromkeys(("diameter_mm", "diameter_px", "helix_angle_deg"), NOTHING),
+    **{key: {} for key in ("rig", "input", "flags")},
+}
 DATA = Path(__file__).resolve().parents[2] / "data"
 
 
@@ -80,11 +86,14 @@ def test_a_trend_with_load_is_shown() -> None:
 
 def summary(folder: Path, **changes: object) -> Path:
     folder.mkdir()
-    content = {
-        "frames_total": 3,
-        "diameter_mm": {"value": 0.71, "sd": 0.004},
-        "rig": {"strings.count": 4, "strings.diameter_mm": 0.24, "actuator.load_N": 19.6},
-    } | changes
+    content = (
+        EMPTY_SUMMARY
+        | {
+            "diameter_mm": {"value": 0.71, "sd": 0.004},
+            "rig": {"strings.count": 4, "strings.diameter_mm": 0.24, "actuator.load_N": 19.6},
+        }
+        | changes
+    )
     (folder / "summary.json").write_text(json.dumps(content))
     return folder
 
