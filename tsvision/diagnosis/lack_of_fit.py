@@ -19,7 +19,8 @@ from tsvision.diagnosis.problem import Problem
 RHO_GRID = np.arange(0.0, 0.91, 0.1)
 MOST_NODES = 16
 DEGREE = 3
-OUTLIER = 3.5  # studentised residual
+OUTLIER = 5.0  # studentised residual
+MOST_OUTLIERS = 0.1  # share of the rows that may be left out beyond those the fit distrusts
 DISTRUSTED = 0.25  # Student-t weight: beyond about four times the noise
 PLACES = {
     "turns": "along turns, alike in all runs",
@@ -145,15 +146,20 @@ def _series_blocks(problem: Problem, rows: np.ndarray) -> dict[str, np.ndarray]:
 
 
 class _Whitener:
-    """AR(1) whitening of one observable's rows, with their weights."""
+    """AR(1) whitening of one observable's rows; a row's predecessor is the last one kept."""
 
-    def __init__(self, problem: Problem, rows: np.ndarray) -> None:
+    def __init__(self, problem: Problem, rows: np.ndarray, wild: np.ndarray) -> None:
         table = problem.table
+        bad = np.zeros(table.rows, dtype=bool)
+        bad[rows] = wild
         position = np.full(table.rows + 1, -1)
-        position[rows] = np.arange(len(rows))
-        self.before = position[table.before[rows]]
+        position[rows[~wild]] = np.arange(np.sum(~wild))
+        before = table.before[rows[~wild]]
+        while np.any(step := (before >= 0) & bad[before]):
+            before = np.where(step, table.before[before], before)
+        self.before = position[before]
         self.first = self.before < 0
-        self.heavy = 1.0 / problem.row_scale[rows]
+        self.heavy = 1.0 / problem.row_scale[rows[~wild]]
 
     def __call__(self, array: np.ndarray, rho: float) -> np.ndarray:
         back = np.where(self.first, 0.0, rho)
@@ -174,10 +180,12 @@ class _Saturated:
         design: np.ndarray,
         blocks: dict[str, np.ndarray],
     ) -> None:
-        whiten = _Whitener(problem, rows)
+        whiten = _Whitener(problem, rows, wild)
         extra = np.column_stack(list(blocks.values()))
+        everywhere = extra
+        design, extra, residual = design[~wild], extra[~wild], residual[~wild]
+        blocks = {place: block[~wild] for place, block in blocks.items()}
         everything = np.column_stack([design, extra])
-        residual = _imputed(residual, _range(everything), wild)
         self.likely = _rho_likelihood(whiten, residual, everything)
         self.rho = float(self.likely @ RHO_GRID)
         # p averaged over what is likely of rho, by three points of equal share.
@@ -186,7 +194,8 @@ class _Saturated:
         found = [_tests(whiten, residual, own, blocks, rho) for rho in points]
         self.tests = {k: float(np.mean([tests[k] for tests, _ in found])) for k in blocks}
         noise2 = float(np.mean([noise for _, noise in found]))
-        self.smooth, self.structured = _structure(whiten, residual, extra, noise2, self.rho)
+        coefficients, self.structured = _structure(whiten, residual, extra, noise2, self.rho)
+        self.smooth = everywhere @ coefficients
 
 
 def _quantile(likely: np.ndarray, share: float) -> float:
@@ -226,27 +235,26 @@ def _tests(
 
 
 def _outliers(residual: np.ndarray, design: np.ndarray, suspect: np.ndarray) -> np.ndarray:
-    """`suspect` (n,) with those added whose studentised residual stands out."""
-    basis = _range(design)
-    leave = np.sqrt(np.maximum(1.0 - np.sum(basis**2, axis=1), 0.05))
-    wild = suspect
-    for _ in range(4):
-        kept = _imputed(residual, basis, wild)
-        off = np.abs(residual - basis @ (basis.T @ kept)) / leave
-        scale = 1.4826 * np.median(off[~wild]) + 1e-12
-        more = suspect | (off > OUTLIER * scale)
-        if more.sum() > 0.4 * len(more) or np.array_equal(more, wild):
+    """`suspect` (n,) with those added, one after the other, whose residual stands out.
+
+    Studentised by the scatter without the row itself, since a rich model bends to an outlier.
+    """
+    wild = suspect.copy()
+    for _ in range(int(MOST_OUTLIERS * len(wild))):
+        kept = np.flatnonzero(~wild)
+        basis = _range(design[kept])
+        free = len(kept) - basis.shape[1]
+        if free < 8:
             break
-        wild = more
+        off = residual[kept] - basis @ (basis.T @ residual[kept])
+        leave = np.maximum(1.0 - np.sum(basis**2, axis=1), 0.05)
+        share = np.minimum(off**2 / (leave * max(float(off @ off), 1e-300)), 1.0 - 1e-9)
+        student = np.sqrt(share * (free - 1) / (1.0 - share))
+        worst = int(np.argmax(student))
+        if student[worst] < OUTLIER:
+            break
+        wild[kept[worst]] = True
     return wild
-
-
-def _imputed(residual: np.ndarray, basis: np.ndarray, wild: np.ndarray) -> np.ndarray:
-    """`residual` with the wild rows moved onto the least-squares fit of the others."""
-    if not wild.any() or wild.all():
-        return residual
-    coefficients = np.linalg.lstsq(basis[~wild], residual[~wild], rcond=1e-6)[0]
-    return np.where(wild, basis @ coefficients, residual)
 
 
 def _rho_likelihood(whiten: _Whitener, residual: np.ndarray, everything: np.ndarray) -> np.ndarray:
@@ -270,14 +278,14 @@ def _rho_likelihood(whiten: _Whitener, residual: np.ndarray, everything: np.ndar
 def _structure(
     whiten: _Whitener, residual: np.ndarray, extra: np.ndarray, noise2: float, rho: float
 ) -> tuple[np.ndarray, float]:
-    """The smooth part of the residual by row, and its rms with the noise's share taken off."""
+    """Coefficients of the smooth residual on `extra`, its rms with the noise's share taken off."""
     e = whiten(residual, rho)
-    smooth = extra @ np.linalg.lstsq(whiten(extra, rho), e, rcond=1e-8)[0]
+    coefficients = np.linalg.lstsq(whiten(extra, rho), e, rcond=1e-8)[0]
     plain = _range((extra.T * whiten.heavy).T)
     raw = residual * whiten.heavy
     chance = plain.shape[1] * noise2 / max(1 - rho**2, 0.1)
     explained = max(float(np.sum((plain.T @ raw) ** 2)) - chance, 0.0)
-    return smooth, float(np.sqrt(explained / np.sum(whiten.heavy**2)))
+    return coefficients, float(np.sqrt(explained / np.sum(whiten.heavy**2)))
 
 
 def _range(matrix: np.ndarray) -> np.ndarray:

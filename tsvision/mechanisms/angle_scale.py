@@ -27,7 +27,8 @@ def _saturating(state: State, p: Values) -> dict[str, np.ndarray]:
 
 
 def _slip(low: float, meaning: str) -> Parameter:
-    return Parameter("slip", "1", meaning, low=low, high=0.6, typical=0.08, starts=(0.7, -0.7))
+    starts = (0.7, -0.7) if low < 0 else (0.7,)
+    return Parameter("slip", "1", meaning, low=low, high=0.6, typical=0.08, starts=starts)
 
 
 _MAIN = Shape(

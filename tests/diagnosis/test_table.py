@@ -1,0 +1,151 @@
+"""Bad data: an answer that holds, or a clear refusal in one line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.hidden import planted
+from tsvision.diagnosis.diagnose import diagnose
+from tsvision.diagnosis.sources import diagnose_sources
+from tsvision.diagnosis.table import read_table, table_from_rows
+from tsvision.diagnosis.verdict import Verdict
+from tsvision.errors import InputError
+from tsvision.records import Actuator, Rig, Strings
+
+RIG = Rig(
+    strings=Strings(count=4, diameter_mm=0.24),
+    actuator=Actuator(twisting_zone_mm=23.2, hole_distance_mm=5.0),
+)
+SETTING = planted.Setting(levels=9, count=4)
+
+
+def case(**changes: object) -> list[dict]:
+    rows = planted.plain_case("radius_bias", 920_001, SETTING).rows
+    return [{**row, **changes} for row in rows]
+
+
+def answer(rows: list[dict], rig: Rig = RIG) -> Verdict:
+    return diagnose(table_from_rows(list(rows[0]), rows, rig))
+
+
+def refused(rows: list[dict], match: str) -> None:
+    with pytest.raises(InputError, match=match) as problem:
+        answer(rows)
+    assert "\n" not in str(problem.value)
+
+
+def without(rows: list[dict], *names: str) -> list[dict]:
+    return [{k: v for k, v in row.items() if k not in names} for row in rows]
+
+
+def test_too_few_observations_are_refused() -> None:
+    refused(case()[:3], "at least 4")
+
+
+def test_negative_load_is_refused_with_its_line() -> None:
+    rows = case()
+    rows[5] = {**rows[5], "load_N": -3}
+    refused(rows, "line 7: load -3 N is negative")
+
+
+def test_a_word_for_a_number_is_refused_with_its_line() -> None:
+    rows = case()
+    rows[2] = {**rows[2], "turns": "many"}
+    refused(rows, "line 4: 'many'")
+
+
+def test_an_unknown_observable_names_the_nearest() -> None:
+    refused(case(observable="displacement"), "displacement_mm")
+
+
+def test_a_misspelt_column_names_the_nearest() -> None:
+    rows = [{**row, "load_n": row["load_N"]} for row in case()]
+    refused(without(rows, "load_N"), "did you mean 'load_N'")
+
+
+def test_metres_for_mm_are_noticed_and_asked_about() -> None:
+    moved = [
+        {**row, "value": row["value"] / 1000} if row["run"] == "run1" else row for row in case()
+    ]
+    refused([r for r in moved if r["observable"] == "displacement_mm"], "are they in m")
+
+
+def test_radians_for_degrees_are_noticed() -> None:
+    turned = [
+        {**row, "value": np.radians(row["value"])}
+        if row["observable"] == "helix_angle_deg"
+        else row
+        for row in case()
+    ]
+    refused(turned, "are they in rad")
+
+
+def test_missing_constants_name_column_and_rig_key() -> None:
+    rows = without(case(), "twisting_zone_mm")
+    with pytest.raises(InputError, match=r"twisting_zone_mm.*actuator.twisting_zone_mm"):
+        answer(rows, Rig())
+
+
+def test_columns_win_over_the_rig() -> None:
+    table = table_from_rows(list(case()[0]), case(twisting_zone_mm=30.0), RIG)
+    assert np.all(table.at.twisting_zone_mm == 30.0)
+
+
+def test_duplicates_and_empty_values_are_left_out_and_noted() -> None:
+    rows = case()
+    rows += [rows[3], {**rows[4], "value": ""}]
+    table = table_from_rows(list(rows[0]), rows, RIG)
+    assert table.rows == len(rows) - 2
+    assert any("repeat" in note for note in table.notes)
+    assert any("without a value" in note for note in table.notes)
+
+
+def test_a_third_of_outliers_does_not_change_the_cause() -> None:
+    rows = case()
+    g = np.random.default_rng(3)
+    wild = g.random(len(rows)) < 0.3
+    spoiled = [
+        {**row, "value": row["value"] * g.uniform(0.5, 1.6)} if bad else row
+        for row, bad in zip(rows, wild, strict=True)
+    ]
+    found = answer(spoiled)
+    assert ("radius_bias",) in found.equivalent
+
+
+def test_one_load_only_still_gives_an_answer() -> None:
+    rows = [row for row in case() if row["run"] == "run0"]
+    found = answer(rows)
+    assert ("radius_bias",) in found.equivalent
+    assert found.gain is not None and found.gain["scheme"] == "leave-one-turn-block-out"
+
+
+def test_constant_turns_name_no_single_cause() -> None:
+    rows = [
+        {**row, "turns": 20.0, "branch": "wind", "time_s": ""}
+        for row in case()
+        if row["observable"] == "displacement_mm" and row["turns"] > 10
+    ]
+    found = answer(rows)
+    assert found.status in ("ambiguous", "unexplained", "no_discrepancy")
+
+
+def test_an_empty_or_missing_file_is_refused(tmp_path: Path) -> None:
+    empty = tmp_path / "empty.csv"
+    empty.write_text("run,turns\n")
+    with pytest.raises(InputError, match="no rows"):
+        read_table(empty)
+    with pytest.raises(InputError, match="does not exist"):
+        diagnose_sources([tmp_path / "none.csv"], RIG)
+
+
+def test_a_wide_table_is_read_as_one() -> None:
+    rows = [
+        {"turns": n, "displacement_mm": x, "load_kgf": 2}
+        for n, x in ((20, 16.06), (30, 27.76), (40, 40.22), (55, 59.02))
+    ]
+    table = table_from_rows(list(rows[0]), rows, RIG)
+    assert table.observables == ("displacement_mm",)
+    np.testing.assert_allclose(table.at.load_N, 19.6133)
