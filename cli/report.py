@@ -18,7 +18,7 @@ def command(
     ],
     recording: Annotated[
         Path | None,
-        typer.Option(help="The frames (one DIR only); else looked for beside DIR."),
+        typer.Option(help="The frames, or the folder they lie in; else looked for beside DIR."),
     ] = None,
     verdict: Annotated[
         Path | None, typer.Option(help="JSON of `tsvision diagnose` (one DIR only).")
@@ -43,13 +43,15 @@ def command(
     from tsvision.results.table import measured_below
 
     meant = [place for folder in folders for place in measured_below(folder).values() or [folder]]
-    if len(meant) > 1 and (recording or verdict):
-        raise InputError("--recording and --verdict go with one DIR; give them one at a time")
+    if len(meant) > 1 and verdict:
+        raise InputError("--verdict goes with one DIR; give them one at a time")
+    if len(meant) > 1 and recording and not recording.is_dir():
+        raise InputError(f"{recording}: with several DIRs, name the folder that holds the films")
     answer = _read_verdict(verdict) if verdict else None
     done, problems = [], []
     for folder in meant:
         try:
-            found = _recording(folder, recording)
+            found = _recording(folder, recording, several=len(meant) > 1)
             print(write_report(folder, found, answer or _own_verdict(folder)))
             _more(folder, found, video, sheet, viewer, viewer_file)
             done.append(folder)
@@ -90,12 +92,14 @@ def _more(
         open_viewer(folder, found)
 
 
-def _recording(folder: Path, given: Path | None) -> Any:
+def _recording(folder: Path, given: Path | None, several: bool) -> Any:
     """The recording to take pictures from; None, with a word on stderr, when it is gone."""
     from tsvision.images.frames import open_recording
     from tsvision.report.measured import find_source, read_measured
 
-    source = given or find_source(read_measured(folder))
+    measured = read_measured(folder)
+    inside = find_source(measured, given) if given else None
+    source = inside or (None if several and given else given) or find_source(measured)
     if source is None:
         print(
             f"{folder}: the frames were not found, so the page has no pictures; "

@@ -48,9 +48,25 @@ def test_a_batch_s_folder_gives_a_page_each_and_one_over_all(
         made = write_fake(tmp_path / name, TURNS)
         shelf.mkdir(parents=True, exist_ok=True)
         made.measure_dir.rename(shelf / name)
+        made.recording_dir.rename(tmp_path / name / "film")
     assert run(["report", str(tmp_path / "out")]) == 0
     assert capsys.readouterr().out.split()[-1] == str(tmp_path / "out" / "overview.html")
     assert 'href="recordings/b/report.html"' in (tmp_path / "out/overview.html").read_text("utf-8")
+
+
+def test_a_batch_finds_its_frames_in_the_folder_named(tmp_path: Path) -> None:
+    films, shelf = tmp_path / "films", tmp_path / "out" / "recordings"
+    for name in ("a", "b"):
+        made = write_fake(tmp_path / name, TURNS)
+        for old, new in ((made.measure_dir, shelf / name), (made.recording_dir, films / name)):
+            new.parent.mkdir(parents=True, exist_ok=True)
+            old.rename(new)
+        path = shelf / name / "summary.json"
+        path.write_text(path.read_text().replace('"name": "recording"', f'"name": "{name}"'))
+    assert run(["report", str(tmp_path / "out"), "--recording", str(films)]) == 0
+    for name in ("a", "b"):
+        assert "data:image/jpeg" in (shelf / name / "report.html").read_text("utf-8")
+    assert run(["report", str(tmp_path / "out"), "--recording", str(films / "a.mp4")]) == 2
 
 
 def test_one_bad_folder_stops_no_other(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -88,16 +88,17 @@ def rig_of(summary: dict[str, Any]) -> dict[str, Any]:
     return {k: v for k, v in flat.items() if v is not None and v != [] and v == v}
 
 
-def find_source(measured: Measured) -> Path | None:
-    """The frames that were measured, if they lie where one would look: beside the measure folder,
-    one above it or here, under their own name and with the same files. The summary keeps no path,
-    since it has to read the same on every machine."""
+def find_source(measured: Measured, folder: Path | None = None) -> Path | None:
+    """The frames that were measured, under their own name and with the same files, in `folder`,
+    or where one would look: beside the measure folder, one above it, or here. The summary keeps
+    no path, since it has to read the same on every machine."""
     told = measured.summary.get("input") or {}
     name, files = str(told.get("name") or ""), told.get("files") or []
     if not name or Path(name).name != name:
         return None
     here = measured.folder.resolve()
-    for place in (here.parent / name, here.parent.parent / name, Path.cwd() / name):
+    usual = (here.parent, here.parent.parent, Path.cwd())
+    for place in (shelf / name for shelf in ([folder] if folder else usual)):
         if place.is_file() or (place.is_dir() and _holds(place, files)):
             return place
     return None
