@@ -32,6 +32,7 @@ def command(
     uncertainty_budget: bool = typer.Option(
         False, "--uncertainty-budget", help="Where each uncertainty comes from; writes budget.csv."
     ),
+    video: bool = typer.Option(False, "--video", help="Also write overlay.mp4."),
     as_json: bool = typer.Option(False, "--json", help="Print summary.json on stdout."),
     quiet: bool = typer.Option(False, "--quiet", "-q", help="No progress on stderr."),
     rig_path: Path | None = None,
@@ -64,6 +65,8 @@ def command(
             uncertainty_budget=uncertainty_budget,
         )
     summary = read_summary(out)
+    if video:
+        _write_video(out, source, turns_file, parse_range(frames))
     if as_json:
         typer.echo(to_json(summary), nl=False)
         return
@@ -73,6 +76,16 @@ def command(
     if uncertainty_budget:
         typer.echo(budget_in_words(out))
     typer.echo(f"written to {out}")
+
+
+def _write_video(
+    out: Path, source: Any, turns_file: Path | None, frames: tuple[int, int | None] | None
+) -> None:
+    from tsvision.report.video import write_overlay_video
+    from tsvision.run import Request, open_request
+
+    recording, _ = open_request(Request(source, turns_file=turns_file, frames=frames))
+    typer.echo(write_overlay_video(out, recording), err=True)
 
 
 def recording_name(sources: list[str]) -> str:

@@ -9,7 +9,8 @@ import typer
 _SHORT = (
     "recording, strings, load_N, round(diameter_mm, 4) as diameter_mm, "
     "round(helix_angle_deg, 2) as helix_angle_deg, handedness, knot_status, knot_turns, "
-    "knot_turns_low, knot_turns_high, knot_last_turns, frames_measured, frames_flagged, flags"
+    "knot_turns_low, knot_turns_high, knot_last_turns, verdict, causes, rmse_base_mm, "
+    "frames_measured, frames_flagged, flags"
 )
 
 
@@ -35,5 +36,6 @@ def command(
     elif as_csv:
         typer.echo(table.to_pandas().to_csv(index=False, lineterminator="\n"), nl=False)
     else:
-        shown = table.to_pandas()
-        typer.echo(shown.to_string(index=False, na_rep="-") if len(shown) else "no rows")
+        shown = table.to_pandas().astype(object)
+        shown = shown.where(shown.notna(), "-")
+        typer.echo(shown.to_string(index=False) if len(shown) else "no rows")

@@ -141,6 +141,19 @@ def test_data_set_is_read_alike(shelf: Path, tmp_path: Path) -> None:
 def test_query_over_recordings(shelf: Path, tmp_path: Path) -> None:
     out = tmp_path / "o'ut [1]"
     batch(shelf, out)
+    verdict = {
+        "status": "explained",
+        "causes": [{"name": "coiling"}, {"name": "lost_turns"}],
+        "base": {"model": "constant_radius", "rmse_mm": 4.5},
+        "extended": {"rmse_mm": 0.5},
+    }
+    (out / "recordings" / "film1" / "verdict.json").write_text(json.dumps(verdict))
+    sql = (
+        "select verdict, causes, rmse_base_mm, rmse_extended_mm from recordings order by recording"
+    )
+    told = query_results(out, sql).to_pylist()
+    assert list(told[1].values()) == ["explained", "coiling|lost_turns", 4.5, 0.5]
+    assert set(told[0].values()) == {None}
     table = query_results(out, "select recording, strings, diameter_mm from recordings order by 1")
     assert table.to_pylist()[0] == {"recording": "film0", "strings": 2, "diameter_mm": 55.5}
     counts = query_results(out, "select recording, count(*) n from frames group by 1 order by 1")

@@ -150,14 +150,15 @@ def png_folder(folder: Path, rendered: Path, count: int) -> Path:
     return folder
 
 
-def film(path: Path, rendered: Path, count: int) -> Path:
+def film(path: Path, rendered: Path, count: int, size: str = "1920x1080") -> Path:
     """The pictures as H.264."""
     import av
     import cv2
 
     with av.open(str(path), "w") as container:
         stream: Any = container.add_stream("libx264", rate=50, options={"preset": "veryfast"})
-        stream.width, stream.height, stream.pix_fmt = 1920, 1080, "yuv420p"
+        stream.width, stream.height = map(int, size.split("x"))
+        stream.pix_fmt = "yuv420p"
         stream.time_base = Fraction(1, 50)
         for i, picture in enumerate(there_and_back(pictures_of(rendered), count)):
             pixels: Any = cv2.imread(str(picture))

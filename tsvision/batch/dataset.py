@@ -15,7 +15,6 @@ import pyarrow.parquet as pq
 
 from tsvision.results.folder import SUMMARY
 from tsvision.results.overview import recordings_table
-from tsvision.results.read import read_summary
 
 DATASET = "dataset"
 TABLES = ("frames", "profiles", "knots")
@@ -27,12 +26,12 @@ def write_dataset(out: Path, names: Iterable[str], recordings: Path) -> None:
     building = Path(tempfile.mkdtemp(prefix=".dataset.", dir=out))
     try:
         for name in names:
-            for table in TABLES:
-                place = building / table / f"recording={quote(name)}"
+            for kind in TABLES:
+                place = building / kind / f"recording={quote(name)}"
                 place.mkdir(parents=True)
-                _link(recordings / name / f"{table}.parquet", place / "part-0.parquet")
-        summaries = {name: read_summary(recordings / name) for name in names}
-        pq.write_table(recordings_table(summaries), building / "recordings.parquet")
+                _link(recordings / name / f"{kind}.parquet", place / "part-0.parquet")
+        table = recordings_table({name: recordings / name for name in names})
+        pq.write_table(table, building / "recordings.parquet")
         os.chmod(building, 0o755)
         target = out / DATASET
         old = Path(tempfile.mkdtemp(prefix=".dataset.", dir=out))

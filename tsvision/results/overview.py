@@ -2,26 +2,55 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 
+from tsvision.errors import InputError
+from tsvision.results.read import read_summary
 from tsvision.results.schema import unit_of
+
+VERDICT = "verdict.json"
 
 _ONSETS = ("overtwist", "local_overtwist", "knot", "irreversible")
 _ONSET_PARTS = (("turns", "turns"), ("low", "turns_low"), ("high", "turns_high"))
 
 
-def recordings_table(summaries: dict[str, dict[str, Any]]) -> pa.Table:
-    """One row a recording: N, load, D, angle, onsets, counts, flags. Units in the metadata."""
-    rows = [overview(name, summary) for name, summary in summaries.items()]
+def recordings_table(places: Mapping[str, Path]) -> pa.Table:
+    """One row a recording: N, load, D, angle, onsets, counts, flags, verdict. Units in the
+    metadata. `places` maps names to folders that `tsvision measure` wrote."""
+    rows = [
+        overview(name, read_summary(place), read_verdict(place)) for name, place in places.items()
+    ]
     schema = pa.schema([_field(column, kind) for column, kind in _COLUMNS.items()])
     return pa.Table.from_pylist(rows, schema=schema)
 
 
-def overview(name: str, summary: dict[str, Any]) -> dict[str, Any]:
+def read_verdict(folder: Path) -> dict[str, Any]:
+    """verdict.json beside a measurement (`tsvision diagnose DIR --out DIR/verdict.json`); empty
+    when there is none. Raises InputError when it is no such file."""
+    path = folder / VERDICT
+    if not path.is_file():
+        return {}
+    try:
+        verdict = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"{path}: no verdict ({type(error).__name__}); diagnose again") from None
+    if not isinstance(verdict, dict) or "status" not in verdict:
+        raise InputError(f"{path}: no verdict; write it with `tsvision diagnose DIR --out`")
+    return verdict
+
+
+def overview(
+    name: str, summary: Mapping[str, Any], verdict: Mapping[str, Any] = {}
+) -> dict[str, Any]:
     """The row of one recording."""
     rig = summary["rig"]
+    base, extended = verdict.get("base") or {}, verdict.get("extended") or {}
+    causes = verdict.get("causes") or []
     row: dict[str, Any] = {
         "recording": name,
         "key": summary.get("key"),
@@ -38,6 +67,10 @@ def overview(name: str, summary: dict[str, Any]) -> dict[str, Any]:
         "helix_angle_deg": summary["helix_angle_deg"]["value"],
         "helix_angle_deg_sd": summary["helix_angle_deg"]["sd"],
         "handedness": summary.get("handedness"),
+        "verdict": verdict.get("status"),
+        "causes": "|".join(str(cause["name"]) for cause in causes) if verdict else None,
+        "rmse_base_mm": base.get("rmse_mm"),
+        "rmse_extended_mm": extended.get("rmse_mm"),
         "flags": "|".join(f"{flag}:{count}" for flag, count in summary.get("flags", {}).items()),
     }
     for onset in _ONSETS:
@@ -65,6 +98,10 @@ _COLUMNS: dict[str, pa.DataType] = {
     "helix_angle_deg": pa.float64(),
     "helix_angle_deg_sd": pa.float64(),
     "handedness": pa.string(),
+    "verdict": pa.string(),
+    "causes": pa.string(),
+    "rmse_base_mm": pa.float64(),
+    "rmse_extended_mm": pa.float64(),
     "flags": pa.string(),
     **{
         f"{onset}_{part}": pa.string() if part == "status" else pa.float64()

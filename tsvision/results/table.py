@@ -10,7 +10,6 @@ import pyarrow as pa
 from tsvision.errors import InputError
 from tsvision.results.folder import SUMMARY
 from tsvision.results.overview import recordings_table
-from tsvision.results.read import read_summary
 
 TABLES = ("frames", "profiles", "knots")
 
@@ -24,7 +23,7 @@ def query_results(folder: Path, sql: str) -> pa.Table:
     places = measured_below(folder)
     if not places:
         raise InputError(f"{folder}: holds no measured recordings; name the --out of a batch")
-    overview = recordings_table({name: read_summary(place) for name, place in places.items()})
+    overview = recordings_table(places)
     connection = duckdb.connect(config={"autoinstall_known_extensions": False})
     try:
         connection.register("recordings", overview)
