@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
     from tsvision.actuator.geometry import Geometry
 
+MOST_VALUES = 100_000
+
 PaperOption = Annotated[
     int | None, typer.Option("--paper", help="Take the paper's system of N = 2, 4, 6 or 8 strings.")
 ]
@@ -87,9 +89,15 @@ def numbers(text: str, option: str) -> np.ndarray:
     try:
         if ":" in text:
             start, stop, step = (float(part) for part in text.split(":"))
+            if abs(stop - start) > MOST_VALUES * abs(step):
+                raise InputError(
+                    f"{option} '{text}' asks for over {MOST_VALUES} values; step wider"
+                )
             values = np.arange(start, stop + step * 1e-9, step)
         else:
             values = np.array([float(part) for part in text.split(",")])
+    except InputError:
+        raise
     except (ValueError, ZeroDivisionError):
         values = np.empty(0)
     if not values.size or not np.all(np.isfinite(values)):

@@ -51,7 +51,7 @@ def command(
     from tsvision.actuator.statics import Motor, paper_motor
     from tsvision.errors import InputError
     from tsvision.models import SECTIONS
-    from tsvision.models.choose import choose_model
+    from tsvision.models.choose import check_strings, choose_model
 
     if section not in SECTIONS:
         raise InputError(f"no bundle section '{section}'; there are: {', '.join(SECTIONS)}")
@@ -75,7 +75,10 @@ def command(
     diameters = tuple(float(v) for v in options.numbers(string_diameter, "--string-diameter"))
     if min(diameters) <= 0 or min(counts) < 2:
         raise InputError("a design needs strings of a diameter above 0 mm, two of them at least")
-    tried = candidates(wanted, choose_model(model), counts, diameters, motor, section)
+    chosen = choose_model(model)
+    for count in counts:
+        check_strings(chosen, count)
+    tried = candidates(wanted, chosen, counts, diameters, motor, section)
     if plot is not None:
         from tsvision.actuator.plot import design_plot
 

@@ -24,7 +24,10 @@ def choose(name: str) -> Any:
 def keywords(chosen: Any, geometry: Geometry) -> dict[str, Any]:
     """What the model takes of the geometry; an extended one fills the rest from its data."""
     from tsvision.actuator.geometry import model_keywords
+    from tsvision.models.choose import check_strings
 
+    if hasattr(chosen, "only_strings"):
+        check_strings(chosen, geometry.strings)
     known: dict[str, Any] = dict(model_keywords(geometry))
     if geometry.strings is not None:
         known["strings"] = float(geometry.strings)

@@ -34,7 +34,7 @@ def command(
         try:
             reports[0].table.to_csv(cycles, index=False)
         except OSError as problem:
-            raise InputError(f"cannot write '{cycles}' ({problem.strerror})") from None
+            raise InputError(f"cannot write '{cycles}' ({problem}); choose another place") from None
     if as_json:
         print(json.dumps([_as_data(found) for found in reports], indent=2))
     else:

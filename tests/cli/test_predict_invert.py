@@ -56,3 +56,20 @@ def test_bad_input_is_one_line_and_exit_2(
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["predict", "--paper", "2", "--turns", "0:1e9:1e-3"],
+        ["predict", "--paper", "4", "--turns", "5", "--model", "helix_then_coil"],
+        ["invert", "--paper", "4", "--displacement", "5", "--model", "helix_then_coil"],
+        ["predict", "--paper", "2", "--turns", "5", "--load", "3", "--friction", "-1"],
+        ["predict", "--paper", "2", "--turns", "5", "--model", "locked_pitch"],
+    ],
+)
+def test_senseless_requests_are_one_line(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(arguments) == 2
+    assert capsys.readouterr().err.count("\n") == 1

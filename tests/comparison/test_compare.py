@@ -162,6 +162,9 @@ def test_unknown_geometry_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixt
     path = made_by("constant_radius", tmp_path)
     assert run(["compare", str(path)]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+    path.write_text("no table at all\nfree, text, with: commas\n")
+    assert run(["compare", str(path), "-N", "2"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
     with pytest.raises(InputError, match="no displacement"):
         pd.DataFrame({"turns": range(5), "torque_Nmm": range(5)}).to_csv(path, index=False)
         read_sample([path], RIG)

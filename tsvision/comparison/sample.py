@@ -82,7 +82,8 @@ def read_sample(
 def _read_csv(path: Path) -> pd.DataFrame:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.DictReader(file))
+            # Cells beyond the header come under None; they belong to no column.
+            rows = [{k: v for k, v in row.items() if k} for row in csv.DictReader(file)]
     except (OSError, UnicodeDecodeError, csv.Error) as problem:
         raise InputError(f"cannot read '{path}' ({problem}); give a CSV file or folder") from None
     if not rows:
