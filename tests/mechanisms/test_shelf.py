@@ -129,11 +129,8 @@ def test_the_order_in_which_mechanisms_are_added_does_not_matter() -> None:
         numbers = values(a, a.shapes[0], 1.0) | values(b, b.shapes[0], 1.0)
         one = outcome(b.extend(a.extend(Simulation())), numbers)
         other = outcome(a.extend(b.extend(Simulation())), numbers)
-        same_stage = set(a.shapes[0].effects) & set(b.shapes[0].effects)
-        # Within one stage causes act one after the other; a second-order difference remains.
-        tolerance = 0.2 if same_stage else 1e-9
         for name in OBSERVABLES:
-            np.testing.assert_allclose(one[name], other[name], rtol=tolerance, atol=tolerance)
+            np.testing.assert_allclose(one[name], other[name], rtol=1e-12, atol=1e-12)
 
 
 def test_extend_leaves_the_simulation_as_it_was() -> None:

@@ -18,9 +18,9 @@ from tsvision.errors import InputError
 from tsvision.mechanisms.bundle_causes import BUNDLE_CAUSES, BundleCause
 from tsvision.models import SECTIONS
 
-POINTS = 161  # of each parameter's grid
+POINTS = {1: 161, 2: 61}  # of each parameter's grid, by the number of causes
 REACH = 3.5  # the grid spans so many `typical` about the centre, cut at the bounds
-SCALES = np.geomspace(0.25, 6.0, 25)  # true scatter over stated scatter
+SCALES = np.geomspace(0.3, 6.0, 13)  # true scatter over stated scatter
 SCALE_SD = 0.6  # of its log
 USUAL_SD_MM = 0.02
 STRING_SD = 0.01  # default relative tolerance of d
@@ -145,10 +145,10 @@ def _names(fit: BundleFit) -> tuple[str, ...]:
     return tuple(cause.name for cause in fit.causes)
 
 
-def _grid(cause: BundleCause) -> np.ndarray:
+def _grid(cause: BundleCause, points: int) -> np.ndarray:
     reach = REACH * cause.typical
     low, high = max(cause.low, cause.centre - reach), min(cause.high, cause.centre + reach)
-    return np.linspace(low, high, POINTS)
+    return np.linspace(low, high, points)
 
 
 def _diameter(
@@ -163,7 +163,7 @@ def _diameter(
 
 
 def _fit(data: Diameters, base: str, causes: tuple[BundleCause, ...]) -> BundleFit:
-    axes = [_grid(cause) for cause in causes]
+    axes = [_grid(cause, POINTS[len(causes)]) for cause in causes]
     mesh = [m.reshape(-1, 1) for m in np.meshgrid(*axes, indexing="ij")] if axes else []
     seen = np.atleast_2d(_diameter(data, base, causes, mesh))
     log_prior = np.zeros(len(seen))

@@ -37,10 +37,13 @@ def start_state(
 
 
 def run_stages(state: State, simulation: Simulation, values: Mapping[str, np.ndarray]) -> State:
-    """Apply every part at its stage and the base model between; returns the final state."""
+    """Apply every part at its stage and the base model between; returns the final state.
+
+    Within a stage parts act in alphabetical order, so that nothing depends on which came first.
+    """
     scoped = [
         (part, {p.name: values[part.key(p.name)] for p in part.shape.parameters})
-        for part in simulation.parts
+        for part in sorted(simulation.parts, key=lambda part: part.mechanism)
     ]
     for stage in STAGES:
         if stage == "draw":

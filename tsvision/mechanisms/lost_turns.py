@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, softplus, varying
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, varying
 from tsvision.units import RAD_PER_TURN
 
 _LOST = Parameter(
@@ -23,10 +23,12 @@ def _sharp(state: State, p: Values) -> dict[str, np.ndarray]:
 
 
 def _rounded(state: State, p: Values) -> dict[str, np.ndarray]:
-    width = RAD_PER_TURN * p["width_turns"]
-    shift = RAD_PER_TURN * p["lost_turns"]
-    zero = softplus(-shift, width)  # nothing is laid at 0 turns
-    return {"alpha_rad": np.maximum(softplus(state.alpha_rad - shift, width) - zero, 0.0)}
+    """A hyperbola through the origin with the sharp form's shift far out."""
+    shift = RAD_PER_TURN * p["lost_turns"] / (1.0 - p["rounding"])
+    past = state.alpha_rad - shift
+    return {
+        "alpha_rad": 0.5 * (past + np.sqrt(past**2 + 4.0 * p["rounding"] * shift * state.alpha_rad))
+    }
 
 
 def _settling(state: State, p: Values) -> dict[str, np.ndarray]:
@@ -61,8 +63,20 @@ MECHANISM = Mechanism(
         _MAIN,
         Shape(
             "rounded",
-            "α = hinge of α_motor − 2π n, rounded over w",
-            (_LOST, _width(0.1, 3.0)),
+            "α = ½ [p + √(p² + 4 κ s α_motor)], p = α_motor − s, s = 2π n/(1 − κ)",
+            (
+                _LOST,
+                Parameter(
+                    "rounding",
+                    "1",
+                    "κ: 0 is a sharp corner",
+                    low=0.005,
+                    high=0.6,
+                    prior="uniform",
+                    starts=(0.3,),
+                    null=None,
+                ),
+            ),
             {"motor": _rounded},
         ),
         Shape(
