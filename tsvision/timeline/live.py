@@ -23,6 +23,7 @@ from tsvision.timeline.tables import tables
 from tsvision.timeline.tracks import (
     ARTEFACT_GROWTH,
     ARTEFACT_REACH_D,
+    ARTEFACT_SHARE,
     ARTEFACT_TURNS,
 )
 
@@ -61,7 +62,7 @@ class Live:
         self._extreme = 0.0
         self._winding = True
         self._background = Background()
-        self._dirt: list[tuple[float, float]] = []
+        self._early: list[list[tuple[float, float]]] = []
 
     def push(self, result: FrameResult) -> LiveState:
         """Take one measured frame, in the order taken."""
@@ -100,7 +101,7 @@ class Live:
         """Certainty and largest diameter (1,) of this frame's knots, without what was there from
         the start of a recording that began untwisted."""
         if self._winding and abs(result.row.turns) < ARTEFACT_TURNS:
-            self._dirt += [(k.centre_x_px, k.max_diameter_mm) for k in result.knots]
+            self._early.append([(k.centre_x_px, k.max_diameter_mm) for k in result.knots])
         against, largest = float("nan"), float("nan")
         row, base = result.row, result.row.baseline_envelope_mm
         for knot in result.knots:
@@ -115,9 +116,11 @@ class Live:
 
     def _is_dirt(self, x_px: float, size_mm: float, diameter_px: float) -> bool:
         reach = ARTEFACT_REACH_D * (diameter_px if np.isfinite(diameter_px) else 20.0)
-        return any(
-            abs(x_px - x) < reach and not size_mm > ARTEFACT_GROWTH * size for x, size in self._dirt
-        )
+        alike = [
+            any(abs(x_px - x) < reach and not size_mm > ARTEFACT_GROWTH * size for x, size in some)
+            for some in self._early
+        ]
+        return sum(alike) >= 2 and sum(alike) >= ARTEFACT_SHARE * len(alike)
 
     def _advance(self, spoken: dict[int, float], wind: float) -> None:
         """One step of the forward filter for each level."""
