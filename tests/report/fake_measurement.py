@@ -132,6 +132,7 @@ def fake_frame(
         phase=phase if twisted else "twist",
         turns_seen=turn * 0.99,
         turns_seen_sd=0.3,
+        turn_budget_error=-0.01 * turn,
         string_length_mm=23.2 + 0.9 * turn,
         displacement_mm=0.013 * turn**2 if displacement else np.nan,
         load_N=19.61,

@@ -8,6 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tests.report.chromium import CHROMIUM, ask
@@ -16,6 +17,7 @@ from tsvision.errors import InputError
 from tsvision.images.frames import open_recording
 from tsvision.models import MODELS
 from tsvision.report import page
+from tsvision.report.digest import QUANTITIES, uncertainty_lines
 from tsvision.report.many import write_overview
 from tsvision.report.page import PICTURE_BYTES, as_script_json, write_report
 
@@ -153,6 +155,24 @@ def test_no_pictures_no_scale_no_displacement(tmp_path: Path) -> None:
     assert "(mm)" not in re.sub(r"<script.*?</script>", "", text, flags=re.S)
 
 
+def test_budgets_are_what_is_left_over(fake: Fake) -> None:
+    data = page_data(page_text(fake))["series"]
+    row = fake.rows[20]
+    want = row.string_length_mm - 23.2 - row.displacement_mm
+    assert data["string_budget"][20] == pytest.approx(want, rel=1e-4)
+    assert data["turn_budget"][20] == pytest.approx(row.turns_seen - row.turns, rel=1e-4)
+
+
+def test_the_scale_s_share_of_an_uncertainty() -> None:
+    columns = [n for q in QUANTITIES for n in q[1:3]]
+    frames = pd.DataFrame({n: [np.nan] * 3 for n in columns})
+    frames["diameter_mm"], frames["diameter_mm_sd"] = 0.5, 0.01
+    frames["mm_per_px"], frames["mm_per_px_sd"] = 0.02, 0.0002  # 1 % of D is 0.005 mm
+    line = uncertainty_lines(frames)[0]
+    assert line[0] == "outer diameter D"
+    assert line[4:] == ("2\u202f%", "25\u202f%", 3)
+
+
 def test_script_json_cannot_close_its_element() -> None:
     text = as_script_json({"a": "</script><!--", "b": float("nan")})
     assert "<" not in text
@@ -189,7 +209,7 @@ def test_the_slider_moves_every_part(fake: Fake, tmp_path: Path, width: int) -> 
     first, second = out["first"], out["second"]
     for part in ("where", "picture", "edges", "profile", "card"):
         assert first[part] != second[part], part
-    assert len(first["marks"]) == out["plots"] == 7
+    assert len(first["marks"]) == out["plots"] == 9
     assert all(a != b for a, b in zip(first["marks"], second["marks"], strict=True))
     assert (out["left"], out["right"], out["home"], out["end"]) == ("14", "16", "0", "23")
     assert out["broken"]["shownPicture"] is False

@@ -76,24 +76,38 @@ def safe_sentence(summary: dict[str, Any]) -> str:
     return f"Before that, safe at least up to {', '.join(parts)}."
 
 
-def uncertainty_lines(frames: pd.DataFrame) -> list[tuple[str, str, str, str, str, int]]:
-    """(quantity, median, median sd, smallest to largest sd, share of the value, frames)."""
+def uncertainty_lines(frames: pd.DataFrame) -> list[tuple[str, str, str, str, str, str, int]]:
+    """(quantity, median, median sd, smallest to largest sd, share of the value, the scale's share
+    of the variance, frames)."""
+    scale = frames[["mm_per_px", "mm_per_px_sd"]].to_numpy(float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scale_share = scale[:, 1] / scale[:, 0]
     lines = []
     for label, name, sd_name, unit, factor in QUANTITIES:
-        both = frames[[name, sd_name]].to_numpy(float)
-        both = both[np.isfinite(both[:, 0])] * factor
-        if not len(both):
+        value, sd = (frames[[name, sd_name]].to_numpy(float) * factor).T
+        good = np.isfinite(value)
+        if not good.any():
             continue
-        value, sds = float(np.median(both[:, 0])), both[np.isfinite(both[:, 1]), 1]
+        sds = sd[good & np.isfinite(sd)]
+        middle = float(np.median(value[good]))
         if not len(sds):
-            text = (with_sd(value, None, unit), UNKNOWN, "not computed", UNKNOWN)
+            text = ("not computed", UNKNOWN, UNKNOWN, UNKNOWN)
         else:
-            sd = float(np.median(sds))
+            typical = float(np.median(sds))
             span = f"{sds.min():.2g} to {sds.max():.2g}"
-            share = f"{100 * sd / abs(value):.2g}\u202f%" if value else UNKNOWN
-            text = (with_sd(value, None, unit), f"{sd:.2g}", span, share)
-        lines.append((label, *text, len(both)))
+            share = f"{100 * typical / abs(middle):.2g}\u202f%" if middle else UNKNOWN
+            text = (f"{typical:.2g}", span, share, _from_scale(value * scale_share, sd, unit))
+        lines.append((label, with_sd(middle, None, unit), *text, int(good.sum())))
     return lines
+
+
+def _from_scale(part: np.ndarray, sd: np.ndarray, unit: str) -> str:
+    """The scale's share of the variance of a length in mm, in the median over the frames."""
+    good = np.isfinite(part) & np.isfinite(sd) & (sd > 0)
+    if unit != "mm" or not good.any():
+        return UNKNOWN
+    share = float(np.median(np.minimum((part[good] / sd[good]) ** 2, 1.0)))
+    return f"{100 * share:.2g}\u202f%"
 
 
 def flag_lines(frames: pd.DataFrame) -> list[tuple[str, str, int, str]]:

@@ -78,6 +78,10 @@ function drawSeries() {
     { kind: "level", y: 0.05, label: "", colour: "var(--series)" },
     { kind: "level", y: 0.08, label: "", colour: "var(--second)" },
   ], [S.coil, S.unevenness, [0, 0.1]], (at) => [[X[at], S.coil[at]], [X[at], S.unevenness[at]]], 0);
+  for (const [key, label] of [["turn_budget", "turns seen − motor turns (turns)"], ["string_budget", "string seen − L − displacement (mm)"]])
+    against(`plot-${key}`, label, label,
+      [{ kind: "level", y: 0, label: "", colour: "var(--soft)", dash: "1 0" }, ...measuredLayers(S[key], S[key + "_sd"], "var(--series)")],
+      [[0], edge(S[key], S[key + "_sd"], 1), edge(S[key], S[key + "_sd"], -1)], one(key));
   drawDisplacement();
 }
 

@@ -25,9 +25,23 @@ from tsvision.report.series import abscissa, phase_bands, predictions, series
 from tsvision.report.wording import ONSET_NAMES, UNKNOWN, plain, with_sd
 
 PAGE_NAME = "report.html"
+ZONE = "actuator.twisting_zone_mm"
 MOST_PICTURES = 48
 MOST_ROWS = 3000  # in the plots; a longer recording is thinned evenly
 PICTURE_BYTES = 1_350_000  # of JPEG in all; base64 makes a third more of it
+BUDGETS = (
+    (
+        "turn_budget",
+        "Turn budget",
+        "Turns counted in the picture minus motor turns; zero closes. Turns inside knots hide "
+        "from one view.",
+    ),
+    (
+        "string_budget",
+        "String budget",
+        "String seen in the zone minus L and the measured displacement; zero closes.",
+    ),
+)
 HEADLINE = (
     ("outer diameter D", "diameter_mm", "mm"),
     ("outer diameter D", "diameter_px", "px"),
@@ -70,6 +84,7 @@ def write_report(
         thinned=len(data["x"]) < len(measured.frames),
         data_rows=len(data["x"]),
         has_kymograph=data["kymograph"] is not None,
+        budgets=[b for b in BUDGETS if np.isfinite(data["series"][b[0]]).any()],
         has_displacement=bool(np.isfinite(data["series"]["displacement"]).any()),
     )
     path = measured.folder / PAGE_NAME
@@ -118,7 +133,7 @@ def page_data(measured: Measured, chosen: list[int], pictures: dict[int, Frame])
     kept = shown.choose(len(frames), MOST_ROWS, chosen)
     frames = frames.iloc[kept]
     axis = abscissa(frames)
-    columns = series(frames, in_px)
+    columns = series(frames, in_px, float(rig_of(measured.summary).get(ZONE, "nan")))
     phases = [p if isinstance(p, str) else "" for p in frames["phase"]]
     summary = measured.summary
     diameter = float((summary.get("diameter_mm") or {}).get("value") or "nan")

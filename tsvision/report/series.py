@@ -31,8 +31,11 @@ def abscissa(frames: pd.DataFrame) -> Abscissa:
     return Abscissa(turns, "motor turns", bool((np.diff(known) >= 0).all()))
 
 
-def series(frames: pd.DataFrame, in_px: bool) -> dict[str, np.ndarray]:
-    """Columns (K,) in the units of the page: D and sd, angle in degrees, coil as a share of D."""
+def series(
+    frames: pd.DataFrame, in_px: bool, zone_mm: float = float("nan")
+) -> dict[str, np.ndarray]:
+    """Columns (K,) in the units of the page: D and sd, angle in degrees, coil as a share of D,
+    and how far the two budgets are from closing (turns; string, which needs L = `zone_mm`)."""
     unit = "px" if in_px else "mm"
     column = {
         name: frames[name].to_numpy(float) for name in frames.columns if _numeric(frames, name)
@@ -49,6 +52,10 @@ def series(frames: pd.DataFrame, in_px: bool) -> dict[str, np.ndarray]:
         "coil": coil,
         "unevenness": column["unevenness"],
         "displacement": column["displacement_mm"],
+        "turn_budget": column["turn_budget_error"],
+        "turn_budget_sd": column["turns_seen_sd"],
+        "string_budget": column["string_length_mm"] - zone_mm - column["displacement_mm"],
+        "string_budget_sd": column["string_length_mm_sd"],
     }
 
 
