@@ -20,6 +20,7 @@ import numpy as np
 
 from tests.hidden import planted
 
+PEERS = os.environ.get("HIDDEN_PEERS", "1") == "1"
 ONLY_X = ("displacement_mm",)
 
 
@@ -68,6 +69,7 @@ def build(spec: tuple) -> planted.Case:
 
 
 def run(job: tuple[str, tuple]) -> dict[str, Any]:
+    from tests.bench.hidden_peers import ask_peers
     from tsvision.diagnosis.diagnose import diagnose
     from tsvision.diagnosis.table import table_from_rows
     from tsvision.records import Rig
@@ -75,9 +77,11 @@ def run(job: tuple[str, tuple]) -> dict[str, Any]:
     group, spec = job
     case = build(spec)
     start = time.perf_counter()
-    verdict = diagnose(table_from_rows(list(case.rows[0]), case.rows, Rig()))
+    table = table_from_rows(list(case.rows[0]), case.rows, Rig())
+    verdict = diagnose(table)
     seconds = time.perf_counter() - start
     gain = verdict.gain or {}
+    noise = np.array([verdict.data["noise"][name] for name in table.observables])
     return {
         "group": group,
         "spec": spec,
@@ -92,6 +96,8 @@ def run(job: tuple[str, tuple]) -> dict[str, Any]:
         "p": verdict.residual["lack_of_fit_p"],
         "partly": verdict.residual.get("partly"),
         "seconds": seconds,
+        "peers": ask_peers(table, noise) if PEERS else {},
+        "next": verdict.next_experiment,
     }
 
 
@@ -113,6 +119,27 @@ def summary(results: list[dict[str, Any]]) -> str:
             f"{group:<13} {n:>5}  {named / n:5.3f}  {inside / n:5.3f}  {unknown / n:11.3f}  "
             f"{none / n:4.2f}  {wrong / n:5.3f}  {seconds:7.2f}  {ratio:6.1f}"
         )
+    return "\n".join(lines)
+
+
+def peers(results: list[dict[str, Any]]) -> str:
+    """Named exactly by the project and the peers; for nulls, the share of false alarms."""
+    by = collections.defaultdict(list)
+    for r in results:
+        by[r["group"]].append(r)
+    lines = ["group         project  matched filter  STLSQ   (nulls: false alarms)"]
+    for group, found in by.items():
+        if group == "unlike":
+            continue
+        shares = []
+        for who in ("project", "matched filter", "STLSQ"):
+            answers = [r["named"] if who == "project" else r["peers"].get(who, ()) for r in found]
+            if "null" in group:
+                shares.append(np.mean([bool(a) for a in answers]))
+            else:
+                pairs = zip(answers, found, strict=True)
+                shares.append(np.mean([tuple(a) == r["truth"] for a, r in pairs]))
+        lines.append(f"{group:<13} {shares[0]:7.3f}  {shares[1]:14.3f}  {shares[2]:5.3f}")
     return "\n".join(lines)
 
 
@@ -155,7 +182,10 @@ def main() -> None:
                 print(r, file=sys.stderr)
     print(summary(results))
     print()
-    print(confusion(results, ("plain", "foreign")))
+    if PEERS:
+        print(peers(results))
+        print()
+    print(confusion(results, ("plain", "foreign", "pair")))
 
 
 if __name__ == "__main__":

@@ -32,13 +32,17 @@ class Proposal:
     decisiveness: float
 
 
-def propose(problem: Problem, survivors: list[Fit]) -> Proposal | None:
+def propose(
+    problem: Problem, survivors: list[Fit], skip: frozenset[str] = frozenset()
+) -> Proposal | None:
     """The single reading that separates the survivors best, over observables and conditions."""
     if len(survivors) < 2:
         return None
     best: tuple[float, Proposal] | None = None
     design = _grid(problem)
     for observable in OBSERVABLES:
+        if observable in skip:
+            continue
         if observable == "torque_Nmm" and not np.all(np.isfinite(design.load_N)):
             continue
         asked = _ask(problem, design, observable)

@@ -17,6 +17,7 @@ CLASS_WIDTH = 3.0  # sets this close to the best cannot be told from it
 FIRST_PARTNERS = 5  # mechanisms that are tried as the first of a pair
 PAIRS_REFINED = 12
 DEEPENED = 4
+HOPELESS = 20.0  # log evidence behind the best, beyond half the best's gain
 SECOND_SHARE = 0.04  # a further cause must gain this share of what the first gained
 PRIOR_LOG_ODDS = {"variable_radius": -1.0}  # the paper refutes it for the overtwist phase
 
@@ -71,9 +72,13 @@ def available(problem: Problem) -> frozenset[str]:
 
 
 def select(problem: Problem, hints: Selection | None = None) -> Selection:
-    """Fit base, singles, pairs (and triples) and choose. `hints` (a selection on more rows of the
-    same table) gives starting points only: evidence is computed anew."""
+    """Fit base, singles, pairs (and triples) and choose.
+
+    `hints` (a selection on more rows of the same table) gives starting points; evidence is computed
+    anew, but shapes that were hopeless there are not tried again.
+    """
     base = fit(problem, Simulation(base=problem.base))
+    hints = None if hints is None else _hopeful(hints)
     singles = _singles(problem, base, hints)
     candidates = list(singles)
     worth = [c for c in singles if c.log_evidence - base.log_evidence > -1.0] or singles[:1]
@@ -87,6 +92,20 @@ def select(problem: Problem, hints: Selection | None = None) -> Selection:
     return Selection(base, ranked, chosen)
 
 
+def _hopeful(hints: Selection) -> Selection:
+    """Without the fits so far behind that no fold can lift them to the top."""
+    if hints.chosen is None:
+        return hints
+    best = hints.chosen.log_evidence
+    lowest = best - HOPELESS - 0.5 * hints.gain(hints.chosen)
+    kept = []
+    for candidate in hints.candidates:
+        fits = tuple(f for f in candidate.fits if weighed(f) > lowest)
+        if fits:
+            kept.append(replace(candidate, fits=fits))
+    return replace(hints, candidates=tuple(kept))
+
+
 def _may_be_more(singles: list[Candidate], base: Fit) -> bool:
     return bool(singles) and base.log_evidence < 1e9
 
@@ -98,7 +117,9 @@ def _singles(problem: Problem, base: Fit, hints: Selection | None) -> list[Candi
         shapes = usable_shapes(problem, name)
         if not shapes:
             continue
-        if (name,) in known:
+        if hints is not None:
+            if (name,) not in known:
+                continue
             fits = [_again(problem, old) for old in known[(name,)].fits]
         else:
             fits = [
