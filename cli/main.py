@@ -13,6 +13,8 @@ from collections.abc import Callable
 
 from tsvision.errors import InputError
 
+STOPPED = 130  # exit code after Ctrl-C
+
 # verb -> (module, one line of help). A module holds a typer function or app named `command`.
 VERBS: dict[str, tuple[str, str]] = {
     "demo": ("cli.demo", "Render a recording, measure it, print the knot onset, write the report."),
@@ -89,18 +91,35 @@ def run(arguments: list[str]) -> int:
         print(f"tsvision: no command '{verb}'; {hint}", file=sys.stderr)
         return 2
     try:
-        load_command(verb)(rest, prog_name=f"tsvision {verb}")
+        outcome = load_command(verb)(rest, prog_name=f"tsvision {verb}", standalone_mode=False)
     except InputError as problem:
         print(f"tsvision {verb}: {problem}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print(f"tsvision {verb}: stopped; finished work was kept", file=sys.stderr)
-        return 130
+        return STOPPED
     except SystemExit as stop:
-        if stop.code == 130:  # typer's own answer to Ctrl-C, which says nothing
-            print(f"tsvision {verb}: stopped; finished work was kept", file=sys.stderr)
         return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
-    return 0
+    except Exception as problem:
+        return _usage_problem(verb, problem)
+    if outcome == STOPPED:  # the parser's answer to Ctrl-C, which says nothing
+        print(f"tsvision {verb}: stopped; finished work was kept", file=sys.stderr)
+    return outcome if type(outcome) is int else 0
+
+
+def _usage_problem(verb: str, problem: Exception) -> int:
+    """The parser's own complaint as one line; anything else goes on as it is.
+
+    Known by what it does: which module it comes from depends on typer's version.
+    """
+    if type(problem).__name__ == "Abort":  # Ctrl-C, in older versions
+        print(f"tsvision {verb}: stopped; finished work was kept", file=sys.stderr)
+        return STOPPED
+    if not hasattr(problem, "format_message"):
+        raise problem
+    words = " ".join(problem.format_message().split()).rstrip(".") or "a subcommand is missing"
+    print(f"tsvision {verb}: {words}; see `tsvision {verb} --help`", file=sys.stderr)
+    return int(getattr(problem, "exit_code", 2))
 
 
 def app() -> None:
