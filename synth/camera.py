@@ -14,7 +14,7 @@ from synth.settings import Camera
 
 CLOSEUP_MM = 10.0  # length of zone that a close-up shows
 FULL_SHARE = 0.78  # of the picture's long side that the twisting zone takes in the full view
-_SIDE_DEG = {"left": 0.0, "right": 180.0, "top": -90.0, "bottom": 90.0}
+_SIDE_DEG = {"left": 0.0, "right": 180.0, "top": 90.0, "bottom": -90.0}
 
 
 @dataclass(frozen=True)
@@ -107,14 +107,24 @@ def _distort(view: View, ideal: np.ndarray) -> np.ndarray:
 
 
 def undistort(view: View, pixels: np.ndarray) -> np.ndarray:
-    """Pixels (..., 2) to undistorted offsets (px, y down), by fixed-point iteration."""
+    """Pixels (..., 2) to undistorted offsets (px, y down), by Newton's method on the radius."""
     bent = pixels - view.centre_px
-    ideal = bent.copy()
-    if view.k1 or view.k2:
-        for _ in range(12):
-            square = (ideal**2).sum(axis=-1, keepdims=True) / view.half_diagonal_px**2
-            ideal = bent / (1.0 + view.k1 * square + view.k2 * square**2)
-    return ideal
+    if not (view.k1 or view.k2):
+        return bent
+    far = np.linalg.norm(bent, axis=-1, keepdims=True) / view.half_diagonal_px
+    radius = far.copy()
+    for _ in range(25):
+        square = radius**2
+        excess = radius * (1.0 + view.k1 * square + view.k2 * square**2) - far
+        slope = 1.0 + 3.0 * view.k1 * square + 5.0 * view.k2 * square**2
+        radius = radius - np.clip(excess / np.maximum(slope, 0.1), -0.2, 0.2)
+    return bent * np.where(far > 0.0, radius / np.maximum(far, 1e-12), 1.0)
+
+
+def distortion_folds(k1: float, k2: float) -> bool:
+    """Whether r (1 + k1 r^2 + k2 r^4) stops growing within the picture."""
+    square = np.linspace(0.0, 1.3, 200) ** 2
+    return bool((1.0 + 3.0 * k1 * square + 5.0 * k2 * square**2).min() < 0.1)
 
 
 def projection_jacobian(view: View, seen: np.ndarray) -> np.ndarray:

@@ -25,7 +25,8 @@ LEG_STEP_MM = 0.01
 class StrandPath:
     """One strand's centre line: `points_mm` (M, 3), `x_bundle` False outside apex..connector.
 
-    `offset_mm` (M, 3) points from the bundle's centre line to the strand's centre (0 outside);
+    `offset_mm` (M, 3) points from the bundle's centre line to the strand's centre (outside the
+    bundle only its direction counts);
     `diameter_mm` is this strand's own; `half_out_mm`, `half_side_mm` the half axes of its section
     towards the outside and across (unequal when flattened); `first`, `last` bound the twisting
     zone (x in 0..L).
@@ -185,6 +186,8 @@ def _path(
         at = len(feed) + len(leg) - 1
         inside[at : at + len(bundle)] = True
         outward[at : at + len(bundle)] = offset
+        # a flattened string keeps its flat side's direction on either side of the bundle
+        outward[:at], outward[at + len(bundle) :] = offset[0], offset[-1]
     if state.sign < 0:
         points[:, 2] *= -1.0
         outward[:, 2] *= -1.0

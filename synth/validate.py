@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from synth.camera import distortion_folds
 from synth.effects import stated_zone_mm
 from synth.laws import LAWS
 from synth.sections import make_section
@@ -50,6 +51,11 @@ def check(settings: Settings) -> None:
     _within("camera.tilt_deg", camera.tilt_deg, -40, 40, " deg")
     _within("camera.blur_px", camera.blur_px, 0.0, 50.0, " px")
     _within("camera.k1", camera.k1, -0.3, 0.3)
+    if distortion_folds(camera.k1, camera.k2):
+        raise InputError(
+            f"camera.k1 = {camera.k1:g}, k2 = {camera.k2:g} fold the picture's corners; "
+            "keep 1 + 3 k1 r^2 + 5 k2 r^4 above 0.1 up to r = 1.3"
+        )
     if camera.distance_mm != 0:
         _within("camera.distance_mm", camera.distance_mm, 30.0, 1e6, " mm")
     if camera.px_per_mm is not None:

@@ -10,12 +10,13 @@ from numba import njit
 
 from synth.actuator import state_at
 from synth.build import make_settings
-from synth.camera import project, to_camera
+from synth.camera import place, project, to_camera, undistort
 from synth.contact import closest_mm
 from synth.render import Drawing, draw, make_scene, shoot
 from synth.sensor import expose
-from synth.settings import PAPER_ONSET_TURNS, Actuator, Sensor, Settings, Strings
+from synth.settings import PAPER_ONSET_TURNS, Actuator, Camera, Sensor, Settings, Strings
 from synth.strands import strand_paths
+from synth.truth import axis_px
 
 SMALL: dict[str, object] = {"camera.width_px": 640, "camera.height_px": 360}
 
@@ -111,6 +112,52 @@ def test_strands_do_not_pass_through_each_other(count: int, holes: int) -> None:
         paths = strand_paths(settings, state_at(settings, 1))
         zone = [path.points_mm[path.first : path.last + 1] for path in paths]
         assert closest_mm(zone, 0.24) > 0.95 * 0.24 - 1e-3
+
+
+@pytest.mark.parametrize(
+    ("side", "toward"), [("left", (1, 0)), ("right", (-1, 0)), ("top", (0, 1)), ("bottom", (0, -1))]
+)
+def test_the_separator_lies_on_the_side_that_was_asked_for(
+    side: str, toward: tuple[int, int]
+) -> None:
+    """The axis runs away from that side, and the legs' wide end lies there."""
+    changes: dict[str, object] = {
+        "camera.side": side,
+        "camera.width_px": 400,
+        "camera.height_px": 400,
+    }
+    settings = make_settings((0.0, 9.0), changes=changes)
+    view = place(settings.camera, 23.2)
+    start, stop = axis_px(view, 23.2)
+    assert np.allclose((stop - start) / np.linalg.norm(stop - start), toward, atol=1e-9)
+    covered = picture(settings).covered > 0.5
+    lines = covered.T if toward[0] else covered
+    wide = [np.ptp(np.flatnonzero(line)) for line in lines if line.any()]
+    near_start = wide[60:140] if sum(toward) > 0 else wide[-140:-60]
+    near_stop = wide[-140:-60] if sum(toward) > 0 else wide[60:140]
+    assert np.mean(near_start) > 3 * np.mean(near_stop)
+
+
+def test_distortion_is_undone_exactly() -> None:
+    camera = Camera(k1=-0.12, k2=0.03, distance_mm=80.0)
+    view = place(camera, 23.2)
+    points = np.random.default_rng(0).uniform(-4, 24, (500, 3)) * [1.0, 0.2, 0.1]
+    seen = to_camera(view, points)
+    pixels = project(view, seen)
+    ideal = seen[:, :2] * [1.0, -1.0] * view.px_per_mm * 80.0 / (80.0 - seen[:, 2:])
+    inside = (np.abs(pixels - view.centre_px) < [700, 420]).all(axis=1)
+    assert np.abs(undistort(view, pixels) - ideal)[inside].max() < 1e-6
+
+
+def test_flattened_strings_have_no_step_at_the_apex() -> None:
+    """The outline's width changes smoothly from leg to bundle."""
+    settings = make_settings(
+        (0.0, 8.0), changes={**SMALL, "camera.view": "closeup", "hidden.flattening": 0.3}
+    )
+    drawing = picture(settings)
+    first = drawing.ids == 1
+    width = first.sum(axis=0)[60:-5].astype(float)
+    assert np.abs(np.diff(width)).max() < 0.25 * width.max()
 
 
 def test_lit_side_follows_the_light() -> None:
