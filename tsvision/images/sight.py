@@ -16,6 +16,7 @@ from tsvision.images.axis import Ridge, find_ridges
 from tsvision.images.linear import LUMA_BGR, best_weights, project, to_linear
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 
+SEVERAL_HUES = 0.6  # spread of log channel ratios from which strands are of several colours
 SEARCH_PX = 640  # long side of the pictures in which candidate axes are weighed
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
 
@@ -27,6 +28,7 @@ class Sight:
     axis: s = 0 where the strings' side of the picture begins (refined to the separator's face by
     the measures), growing towards the motor connector. weights (3,): channel weights of the
     signal. sense: +1 strings brighter than the ground. width_px: rough outer width of the bundle.
+    by_distance: the signal is the distance from the ground's colour, not a weighted sum.
     start_px, end_px: s between which strings may lie. connector_px: s of the connector's face,
     NaN when out of view. legs_seen: whether the separator's side was decided by the legs.
     """
@@ -41,6 +43,7 @@ class Sight:
     legs_seen: bool
     separation: float
     gamma: float
+    by_distance: bool = False
 
 
 def signal_picture(pixels: np.ndarray, weights: np.ndarray, gamma: float) -> np.ndarray:
@@ -161,10 +164,10 @@ def find_sight(
     axis, width, _ = _settle(linears, _scaled(best[0], 1.0 / factor), best[1] / factor, turns=1)
     half = int(np.ceil(4.0 * width)) + 6
     strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
-    weights, separation = _signal(strips, 0.5 * width)
-    contrasts = [_contrast(s, weights, width) for s in strips]
+    weights, separation, by_distance = _signal(strips, 0.5 * width)
+    contrasts = [_contrast(s, weights, width, by_distance) for s in strips]
     core = np.nanmedian([np.nanmedian(_raw_core(s, weights, width)) for s in strips])
-    sense = 1 if core >= 0 else -1
+    sense = 1 if core >= 0 or by_distance else -1
     masks = [_mask(c, width) for c in contrasts]
     near, far = _leg_columns(masks, half, width)
     legs = near != far
@@ -186,6 +189,7 @@ def find_sight(
         legs_seen=bool(legs),
         separation=separation,
         gamma=gamma,
+        by_distance=by_distance,
     )
 
 
@@ -259,8 +263,8 @@ def _settle(
     for turn in range(turns):
         half = int(np.ceil(3.2 * width)) + 6
         strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
-        weights, _ = _signal(strips, 0.5 * width)
-        masks = [_mask(_contrast(s, weights, width), width) for s in strips]
+        weights, _, by_distance = _signal(strips, 0.5 * width)
+        masks = [_mask(_contrast(s, weights, width, by_distance), width) for s in strips]
         if turn == turns - 1:
             support = sum(_support(m, half, width) for m in masks) / len(masks)
         axis, width = _refine(axis, masks, half, width)
@@ -298,9 +302,11 @@ def _clip_line(point: np.ndarray, u: np.ndarray, box: tuple[float, float, float,
     return straight_axis(point + low * u, point + high * u)
 
 
-def _signal(strips: list[Strip], half_core: float) -> tuple[np.ndarray, float]:
+def _signal(strips: list[Strip], half_core: float) -> tuple[np.ndarray, float, bool]:
+    """Channel weights, separation in sd, and whether strings differ from the ground in ways that
+    no one weighted sum shows (strands of several colours): then distance in colour serves."""
     if strips[0].values.ndim == 2:
-        return LUMA_BGR, float("nan")
+        return LUMA_BGR, float("nan"), False
     core, ground = [], []
     for strip in strips:
         n = np.arange(-strip.half_px, strip.half_px + 1)
@@ -310,11 +316,28 @@ def _signal(strips: list[Strip], half_core: float) -> tuple[np.ndarray, float]:
         ground.append(outer[:: max(1, len(outer) // 1500)])
     inner, outer = np.concatenate(core), np.concatenate(ground)
     inner, outer = inner[~np.isnan(inner).any(1)], outer[~np.isnan(outer).any(1)]
+    everything = inner
     # Keep to what the strings look like most of the way: separator and connector are elsewhere.
     for _ in range(2):
         inner = inner[_near_median(inner)]
         outer = outer[_near_median(outer)]
-    return best_weights(inner, outer)
+    weights, separation = best_weights(inner, outer)
+    return weights, separation, _many_coloured(everything, outer)
+
+
+def _many_coloured(inner: np.ndarray, outer: np.ndarray) -> bool:
+    """Whether the samples on the strings are of several hues: their chromaticity, which shading
+    leaves alone, spreads. inner, outer: (n, 3) linear BGR on the axis and beside it."""
+    ground = np.median(outer, axis=0)
+    spread = 1.4826 * np.median(np.abs(outer - ground), axis=0) + 2e-3
+    far = np.sqrt((((inner - ground) / spread) ** 2).mean(axis=1))
+    strings = inner[(far > 3.0) & (inner.sum(axis=1) > 0.06)]
+    if len(strings) < 0.2 * len(inner):
+        return False
+    log = np.log(strings + 0.01)
+    hue = np.stack([log[:, 0] - log[:, 1], log[:, 2] - log[:, 1]], axis=1)
+    low, high = np.percentile(hue, [15.0, 85.0], axis=0)
+    return bool(np.hypot(*(high - low)) > SEVERAL_HUES)
 
 
 def _near_median(samples: np.ndarray) -> np.ndarray:
@@ -332,11 +355,30 @@ def _raw_core(strip: Strip, weights: np.ndarray, width: float) -> np.ndarray:
     return _nan_median((values - ground_level(values, 1.3 * width))[np.abs(n) < 0.2 * width])
 
 
-def _contrast(strip: Strip, weights: np.ndarray, width: float) -> np.ndarray:
-    """Signal minus ground, in units of the core's median contrast (core is about +1)."""
-    values = project(strip.values, weights)
+def raw_contrast(
+    values: np.ndarray, weights: np.ndarray, by_distance: bool, inner_px: float
+) -> np.ndarray:
+    """Signal minus ground of a strip (R, M) or (R, M, 3), linear light, (R, M).
+
+    By distance: the length of the colour difference. A half-covered pixel lies halfway between
+    ground and strand, so that the length is linear in coverage too, whatever the strand's colour.
+    """
+    if not by_distance:
+        signal = project(values, weights)
+        return signal - ground_level(signal, inner_px)
+    squares = np.zeros(values.shape[:2], np.float32)
+    for c in range(3):
+        channel = np.ascontiguousarray(values[..., c])
+        squares += (channel - ground_level(channel, inner_px)) ** 2
+    return np.sqrt(squares)
+
+
+def _contrast(
+    strip: Strip, weights: np.ndarray, width: float, by_distance: bool = False
+) -> np.ndarray:
+    """Contrast in units of the core's median contrast (core is about +1)."""
+    values = raw_contrast(strip.values, weights, by_distance, 1.3 * width)
     n = np.arange(-strip.half_px, strip.half_px + 1)
-    values = values - ground_level(values, 1.3 * width)
     core = np.abs(n) <= max(0.2 * width, 1.0)
     level = np.nanmedian(_nan_median(values[core]))
     return values / (level if abs(level) > 1e-6 else 1e-6)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from tsvision.images.linear import project, to_linear
-from tsvision.images.sight import Sight, ground_level, mask_level
+from tsvision.images.sight import Sight, mask_level, raw_contrast
 from tsvision.images.strip import Strip, cut_strip
 from tsvision.measures.edges import Shading, fit_shading, match_edges, sample_profiles
 from tsvision.measures.helix import Edges
@@ -36,11 +36,9 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     low, high = sight.start_px - 2.0, sight.end_px + 2.0
     linear, axis = _crop(pixels, sight, low, high, half_px)
     strip = cut_strip(linear, axis, (low, high), half_px)
-    values = project(strip.values, sight.weights)
     inner = 1.35 * sight.width_px
-    contrast = values - ground_level(values, inner)
-    positive = np.abs(sight.weights)
-    light = values if (sight.weights >= 0).all() else project(strip.values, positive)
+    contrast = raw_contrast(strip.values, sight.weights, sight.by_distance, inner)
+    light = project(strip.values, np.abs(sight.weights))
     n = np.arange(-half_px, half_px + 1)
     core = contrast[np.abs(n) <= max(0.2 * sight.width_px, 1.0)]
     # With few turns the axis lies between the legs most of the way: trust the brighter columns.

@@ -1,7 +1,7 @@
 """Where the strings end: the motor connector's face and the separator's plate.
 
-Over several frames the strings' shading and outline change with every turn while the hardware
-stands still, whatever its colour. With one frame alone, only what is much wider than the bundle
+Over several frames the strings' outline changes with every turn while the hardware stands still,
+whatever its colour. With one frame alone, only what is much wider than the bundle
 counts as hardware.
 """
 
@@ -27,7 +27,7 @@ class Ends:
 def find_ends(cuts: list[Cut], sight: Sight) -> Ends:
     """Both ends from the cuts of the sampled frames (same strip)."""
     s = cuts[0].s_px
-    connector = _connector_by_activity(cuts, sight.width_px) if len(cuts) >= 3 else float("nan")
+    connector = _connector_by_stillness(cuts, sight.width_px) if len(cuts) >= 4 else float("nan")
     if not np.isfinite(connector):
         connector = sight.connector_px - s[0]
     last = int(connector) if np.isfinite(connector) else len(s)
@@ -36,38 +36,61 @@ def find_ends(cuts: list[Cut], sight: Sight) -> Ends:
     return Ends(float(connector + s[0]), float(plate + s[0]))
 
 
-def activity(cuts: list[Cut], width_px: float) -> np.ndarray:
-    """How much each column changes from frame to frame within the bundle's width, (M,)."""
-    half = cuts[0].half_px
-    reach = max(int(0.6 * width_px), 2)
-    rows = slice(half - reach, half + reach + 1)
-    stack = np.stack([c.contrast[rows] for c in cuts])
-    spread = np.median(np.abs(stack - np.median(stack, axis=0)), axis=0)
-    return uniform_filter1d(spread.mean(axis=0), max(int(0.15 * width_px), 1))
+def _connector_by_stillness(cuts: list[Cut], width_px: float) -> float:
+    """First column from which on the outline stands still to the strip's end.
+
+    The outline is looked at, not the brightness: polished metal glitters, a twisting bundle swings
+    by a tenth of its width and more.
+    """
+    low = np.stack([c.silhouette.low for c in cuts])
+    high = np.stack([c.silhouette.high for c in cuts])
+    seen = np.isfinite(low).sum(axis=0)
+    known = np.flatnonzero(seen >= 0.6 * len(cuts))
+    if known.size < 4 * width_px:
+        return float("nan")
+    swing = np.zeros(low.shape[1])
+    part = slice(known[0], known[-1] + 1)
+    swing[part] = _spread(low[:, part]) + _spread(high[:, part])
+    smooth = uniform_filter1d(swing, max(int(0.25 * width_px), 1))
+    limit = 0.4 * float(np.median(smooth[known[: known.size // 2]]))
+    still = smooth < limit
+    run, face = 0, float("nan")
+    for c in range(int(known[-1]), int(known[0] + 2 * width_px), -1):
+        if still[c]:
+            run, face = 0, float(c)
+        else:
+            run += 1
+            if run > 0.5 * width_px:
+                break
+    # A short stretch may stand still by chance at the very end of a bundle that leaves the view.
+    if not known[-1] - face > 0.8 * width_px:
+        return float("nan")
+    return _step_of_width(
+        np.nanmedian(high[:, part] - low[:, part], axis=0), known[0], face, width_px
+    )
 
 
-def _connector_by_activity(cuts: list[Cut], width_px: float) -> float:
-    moving = activity(cuts, width_px)
-    columns = np.flatnonzero(np.mean([c.silhouette.bundle for c in cuts], axis=0) > 0.3)
-    if columns.size < 4 * width_px:
-        return float("nan")
-    middle = moving[columns[0] + int(width_px) : (columns[0] + columns[-1]) // 2]
-    if middle.size == 0:
-        return float("nan")
-    threshold = 0.33 * float(np.median(middle))
-    noise = float(np.mean([c.noise for c in cuts]))
-    if threshold < 0.7 * noise:
-        return float("nan")
-    still = moving < threshold
-    hold = max(int(0.5 * width_px), 4)
-    run = 0
-    for c in range(int(columns[0] + 2 * width_px), moving.size):
-        run = run + 1 if still[c] else 0
-        if run >= hold:
-            rest = still[c:]
-            if rest.mean() > 0.8:
-                return float(c - run + 1)
-    return float("nan")
+def _step_of_width(width: np.ndarray, offset: int, face: float, typical: float) -> float:
+    """The face refined: the strands' last stretch is held by the connector and swings little, so
+    stillness begins before it; the outline's step in width is the face itself."""
+    first = max(int(face - 0.5 * typical) - offset, 0)
+    part = width[first : int(face + 3.0 * typical) - offset]
+    lag = 3
+    if part.size < 2 * lag:
+        return face
+    step = part[lag:] - part[:-lag]
+    steep = np.flatnonzero(step > 0.22 * typical)
+    if steep.size == 0:
+        return face
+    # The first step is the spigot's, the next the connector's body.
+    near = step[steep[0] : steep[0] + 2 * lag]
+    return float(first + offset + steep[0] + int(np.argmax(near)) + 0.5 * lag)
+
+
+def _spread(edge: np.ndarray) -> np.ndarray:
+    """Median absolute deviation over the frames, (M,)."""
+    middle = np.nanmedian(edge, axis=0)
+    return 1.4826 * np.nanmedian(np.abs(edge - middle), axis=0)
 
 
 def _plate(cuts: list[Cut], width_px: float, apex: int) -> float:

@@ -24,6 +24,7 @@ from tsvision.measures.handedness import handedness_of, ridge_slope
 from tsvision.measures.helix import KC, RC, Edges, K
 from tsvision.measures.looks import Looks
 from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px
+from tsvision.measures.windows import even_stretches
 from tsvision.records import Frame, FrameResult, FrameRow, Profile
 
 NAN = float("nan")
@@ -171,7 +172,8 @@ def _fits(
     poor = near is None or near.fit.cost > 0.3
     if swings or poor:
         low = min(start + 2.4 * d * skip, max(last - 7.0 * d, start + 0.6 * d * skip))
-        coiled = fit_window(edges, looks.section, low, min(low + 8.0 * d, last), d, rate, warm.near)
+        low, high = even_stretches(edges, low, last, d)[0]
+        coiled = fit_window(edges, looks.section, low, min(low + 8.0 * d, high), d, rate, warm.near)
         if near is None or (coiled is not None and coiled.fit.cost < 0.9 * near.fit.cost):
             near = coiled or near
     mid = None
@@ -179,9 +181,11 @@ def _fits(
     if last - first > 12.0 * d:
         pitch = near.fit.pitch_px if near is not None else 2.0 * d
         span = max(3.5 * d, min(pitch, 0.25 * (last - first)))
-        mid = fit_window(
-            edges, looks.section, middle - span, middle + span, d, rate, warm.mid or near
-        )
+        stretches = even_stretches(edges, start + 2.4 * d * skip, last, d)
+        low, high = min(stretches, key=lambda w: max(w[0] - middle, middle - w[1], 0.0))
+        centre = float(np.clip(middle, low + span, max(high - span, low + span)))
+        low, high = max(low, centre - span), min(high, centre + span)
+        mid = fit_window(edges, looks.section, low, high, d, rate, warm.mid or near)
     return near, mid
 
 

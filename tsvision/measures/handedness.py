@@ -9,8 +9,8 @@ import numpy as np
 def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float) -> float:
     """Sign-bearing slope of the ridges in a strip, in -1..1: sum(gx gy) over sum of both squares.
 
-    light (R, M) linear light; centre_row (M,) the bundle's middle, along which the strip is straightened so
-    that coiling does not count; half_width_px: rows used on either side (keep inside the edges,
+    light (R, M) linear light; centre_row (M,) the bundle's middle, along which the strip is
+    straightened so that coiling does not count; half_width_px: rows used on either side (keep inside the edges,
     whose own slope alternates). Its logarithm is taken, so that the lit and the shadow side weigh
     alike and backlit strands, dark all over, still show their ridges.
     Positive: ridges run from lower to higher n with growing s.
@@ -19,7 +19,7 @@ def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float)
     columns = np.arange(light.shape[1], dtype=np.float32)
     rows = centre_row[None, :] + np.arange(-reach, reach + 1)[:, None]
     straight = cv2.remap(
-        light.astype(np.float32),
+        np.nan_to_num(light).astype(np.float32),
         np.broadcast_to(columns, rows.shape).astype(np.float32),
         rows.astype(np.float32),
         cv2.INTER_LINEAR,

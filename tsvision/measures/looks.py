@@ -52,12 +52,15 @@ def pick_samples(count: int, most: int = SAMPLED_FRAMES) -> list[int]:
     return sorted({round(i) for i in np.linspace(0, count - 1, most)})
 
 
-def learn_looks(pictures: list[np.ndarray], rig: Rig, scale: Scale) -> Looks | None:
-    """Find the bundle and learn its looks from some pictures of one size; None if there is none."""
+def learn_looks(
+    pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | None = None
+) -> Looks | None:
+    """Find the bundle (unless `sight` tells where) and learn its looks from some pictures of one
+    size; None if there is none."""
     given = rig.strings.count
     widths = _possible_widths(rig, scale)
     view = rig.view
-    sight = find_sight(
+    sight = sight or find_sight(
         pictures, view.roi_px, widths, rig.camera.gamma, view.separator_side, view.axis_px
     )
     if sight is None:
@@ -74,7 +77,7 @@ def learn_looks(pictures: list[np.ndarray], rig: Rig, scale: Scale) -> Looks | N
     diameter = sight.width_px
     for _ in range(2):
         shading, diameter = _settle(cuts, section, shading, diameter, sight.sense)
-    zero, known = _separator_face(ends, rig, scale, cuts)
+    zero, known = _separator_face(ends, rig, scale, cuts, sight.width_px)
     if view.axis_px:
         face = np.subtract(view.axis_px[0], sight.axis.at(np.array(0.0)))
         zero, known = float(face @ sight.axis.tangent(np.array(0.0))), True
@@ -162,12 +165,18 @@ def _model_rows(cut: Cut, found: BundleFit) -> tuple[np.ndarray, np.ndarray]:
     return upper, lower
 
 
-def _separator_face(ends: Ends, rig: Rig, scale: Scale, cuts: list[Cut]) -> tuple[float, bool]:
+def _separator_face(
+    ends: Ends, rig: Rig, scale: Scale, cuts: list[Cut], width_px: float
+) -> tuple[float, bool]:
     """s (px) where s_mm is zero: the connector minus L when both are known, which is better than
     the plate's edge, since the hole exits are usually hidden by the plate."""
     length = rig.actuator.twisting_zone_mm / scale.mm_per_px
-    if np.isfinite(ends.connector_px) and np.isfinite(length):
-        return ends.connector_px - length, True
+    from_connector = ends.connector_px - length
+    if np.isfinite(from_connector):
+        # A spigot no wider than the bundle hides the face: then the plate is the better witness.
+        apart = abs(from_connector - ends.plate_px)
+        if not np.isfinite(ends.plate_px) or apart < 1.2 * width_px:
+            return from_connector, True
     if np.isfinite(ends.plate_px):
         return ends.plate_px, True
     first = [c.s_px[0] + c.silhouette.apex_column for c in cuts]

@@ -14,6 +14,7 @@ import numpy as np
 
 from tsvision.flags import Flag, flags_to_text
 from tsvision.images.frames import iter_frames
+from tsvision.measures.bowed import Bowed, learn_bowed, measure_bowed
 from tsvision.measures.frame import Warm, measure_frame
 from tsvision.measures.looks import Looks, learn_looks, pick_samples
 from tsvision.measures.scale import resolve_scale
@@ -38,6 +39,7 @@ class Measurer:
         self.rig = rig
         self.settings = settings
         self.looks: Looks | None = None
+        self.bowed: Bowed | None = None
         self.shape: tuple[int, ...] | None = None
         self.warm = Warm()
 
@@ -48,7 +50,8 @@ class Measurer:
         self.shape = pictures[0].shape[:2]
         alike = [p for p in pictures if p.shape == pictures[0].shape]
         scale = resolve_scale(self.rig, alike[0])
-        self.looks = learn_looks(alike, self.rig, scale)
+        looks = learn_looks(alike, self.rig, scale)
+        self.bowed, self.looks = learn_bowed(alike, looks, self.rig, scale)
 
     def measure(self, frame: Frame, turns: float = float("nan")) -> FrameResult:
         """One frame; never raises on what the picture shows."""
@@ -62,7 +65,10 @@ class Measurer:
             return _empty(frame, turns, Flag.BLANK)
         if self.looks is None:
             return _empty(frame, turns, Flag.NO_BUNDLE)
-        result, self.warm = measure_frame(frame, self.looks, turns, self.warm)
+        if self.bowed is not None:
+            result, self.warm = measure_bowed(frame, self.bowed, turns, self.warm)
+        else:
+            result, self.warm = measure_frame(frame, self.looks, turns, self.warm)
         return result
 
 

@@ -34,3 +34,25 @@ def resolve_scale(rig: Rig, picture: np.ndarray) -> Scale:
         scale = camera.length_mm / length_px
         return Scale(scale, scale * max(1.0 / length_px, UNSTATED_SCALE_SD), "two points")
     return Scale()
+
+
+ENDS_WIDTHS = 0.25  # how well the end of a cord is known, in its widths
+OUT_OF_PLANE = 0.01  # relative: how much longer a hanging cord is than its picture, or stated so
+
+
+def needs_curve(rig: Rig) -> bool:
+    """Whether the scale is to come from the cord's own length, which must be followed first."""
+    camera = rig.camera
+    given = np.isfinite(camera.mm_per_px) or bool(camera.points_px)
+    return camera.scale_from == "length" and not given and camera.length_mm > 0
+
+
+def scale_along(rig: Rig, length_px: float, width_px: float) -> Scale:
+    """The scale from `camera.length_mm` over the length of the found curve, end to end.
+
+    Its uncertainty holds both ends, known to a quarter of the cord's width, and what bows towards
+    or away from the camera or the given length is off by.
+    """
+    scale = rig.camera.length_mm / length_px
+    ends = np.sqrt(2.0) * ENDS_WIDTHS * width_px / length_px
+    return Scale(scale, scale * float(np.hypot(ends, OUT_OF_PLANE)), "length along the cord")

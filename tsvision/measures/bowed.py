@@ -1,0 +1,223 @@
+"""Cords that hang or bow: the same frame results, along a curved axis.
+
+learn what stands still (curve, scale) → per picture: rope (any make), and the helix along the
+curve where N is known → the row. The helix counts where it agrees with what the rope shows by
+itself; else the envelope and the stripes stand, flagged.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tsvision.flags import Flag, flags_from_text, flags_to_text
+from tsvision.images.curve import Curve, find_curve
+from tsvision.images.sight import Sight
+from tsvision.measures.envelope import baseline_px, find_knots, unevenness_of
+from tsvision.measures.frame import Warm, measure_frame
+from tsvision.measures.looks import Looks, learn_looks
+from tsvision.measures.rope import Rope, measure_rope
+from tsvision.measures.scale import needs_curve, scale_along
+from tsvision.measures.uncertainty import angle_sd
+from tsvision.records import Frame, FrameResult, FrameRow, KnotSighting, Profile, Rig, Scale
+
+NAN = float("nan")
+FUZZY = 0.1  # share of columns with hairs from which the frame is flagged
+AGREE = 0.12  # relative difference of D and strand repeat between helix and rope
+SURE = 0.3  # confidence of the stripes below which they tell nothing
+
+
+@dataclass(frozen=True)
+class Bowed:
+    """What stays the same: the curve, the sight that it was found from, scale, N when given, and
+    the helix' looks along the curve when N is given."""
+
+    curve: Curve
+    sight: Sight
+    scale: Scale
+    count: int | None
+    looks: Looks | None
+
+
+def learn_bowed(
+    pictures: list[np.ndarray], looks: Looks | None, rig: Rig, scale: Scale
+) -> tuple[Bowed | None, Looks | None]:
+    """(Bowed, looks) from some pictures of one size.
+
+    Bowed is None where the rig states the axis and for a taut bundle, whose looks come back as they are, but for a scale taken from
+    its length. A curve is also used where the straight search followed a shadow beside coloured
+    strings.
+    """
+    if looks is None or rig.view.axis_px:
+        return None, looks
+    few = [pictures[i] for i in sorted({0, len(pictures) // 2, len(pictures) - 1})]
+    by_length = needs_curve(rig)
+    curve = find_curve(few, looks.sight, rig.view.roi_px, closely=by_length)
+    if curve is None:
+        return None, looks
+    if by_length:
+        scale = scale_along(rig, curve.end_px - curve.start_px, curve.width_px)
+    astray = curve.ground is not None and not curve.alike
+    if not (curve.bowed or astray):
+        return None, learn_looks(pictures, rig, scale) if by_length else looks
+    sight = replace(
+        looks.sight,
+        axis=curve.axis,
+        width_px=curve.width_px,
+        start_px=curve.start_px,
+        end_px=curve.end_px,
+        connector_px=NAN,
+        legs_seen=False,
+    )
+    along = None
+    if rig.strings.count is not None and curve.ground is None:
+        along = learn_looks(pictures, rig, scale, sight)
+    return Bowed(curve, sight, scale, rig.strings.count, along), looks
+
+
+def measure_bowed(frame: Frame, bowed: Bowed, turns: float, warm: Warm) -> tuple[FrameResult, Warm]:
+    """Measure one decoded picture of the size that `bowed` was learnt on."""
+    assert frame.pixels is not None
+    rope = measure_rope(frame.pixels, bowed.curve, bowed.sight, bowed.count)
+    if rope is None:
+        row = FrameRow(frame=frame.index, file=frame.file, turns=turns)
+        return FrameResult(replace(row, flags=flags_to_text(Flag.NO_BUNDLE))), warm
+    if bowed.looks is not None:
+        result, warm = measure_frame(frame, bowed.looks, turns, warm)
+        if _agrees(result.row, rope):
+            flags = flags_from_text(result.row.flags) | _curved(bowed)
+            return replace(result, row=replace(result.row, flags=flags_to_text(flags))), warm
+    return _rope_result(frame, bowed, turns, rope), warm
+
+
+def _curved(bowed: Bowed) -> Flag:
+    return Flag.CURVED_AXIS if bowed.curve.bowed else Flag(0)
+
+
+def _agrees(row: FrameRow, rope: Rope) -> bool:
+    """Whether the helix found what the rope shows without any model of its section."""
+    if Flag.ENVELOPE_ONLY in flags_from_text(row.flags) or not np.isfinite(row.strand_repeat_px):
+        return False
+    if abs(row.diameter_px / rope.diameter_px - 1.0) > AGREE:
+        return False
+    if rope.stripes is None or rope.stripes.confidence < SURE:
+        return True
+    return abs(row.strand_repeat_px / rope.stripes.repeat_px - 1.0) < AGREE
+
+
+def _rope_result(frame: Frame, bowed: Bowed, turns: float, rope: Rope) -> FrameResult:
+    mm = bowed.scale.mm_per_px
+    flags = _curved(bowed) | Flag.ENVELOPE_ONLY | Flag.NO_SEPARATOR
+    if rope.fuzzy > FUZZY:
+        flags |= Flag.FIBRES
+    if not np.isfinite(mm):
+        flags |= Flag.NO_SCALE
+    if not np.isfinite(turns):
+        flags |= Flag.NO_TURNS
+    row = _lengths(_known(frame, bowed, turns), bowed, rope)
+    row = _stripes(row, bowed, rope)
+    if not row.handedness:
+        flags |= Flag.NO_HANDEDNESS
+    if not np.isfinite(row.pitch_px):
+        flags |= Flag.NO_PITCH
+    knots = _knots(bowed, rope)
+    row = replace(row, knot_count=float(len(knots)), flags=flags_to_text(flags))
+    return FrameResult(row, _profile(bowed, rope), tuple(knots))
+
+
+def _known(frame: Frame, bowed: Bowed, turns: float) -> FrameRow:
+    curve = bowed.curve
+    (x0, y0), (x1, y1) = curve.axis.at(np.array([curve.start_px, curve.end_px]))
+    return FrameRow(
+        frame=frame.index,
+        file=frame.file,
+        turns=turns,
+        mm_per_px=bowed.scale.mm_per_px,
+        mm_per_px_sd=bowed.scale.mm_per_px_sd,
+        axis_x0_px=float(x0),
+        axis_y0_px=float(y0),
+        axis_x1_px=float(x1),
+        axis_y1_px=float(y1),
+        strand_count=NAN if bowed.count is None else float(bowed.count),
+        strand_count_confidence=NAN if bowed.count is None else 1.0,
+    )
+
+
+def _lengths(row: FrameRow, bowed: Bowed, rope: Rope) -> FrameRow:
+    """Diameter, its evenness, and the cord's middle third."""
+    mm, mm_sd = bowed.scale.mm_per_px, bowed.scale.mm_per_px_sd
+    d, d_sd = rope.diameter_px, rope.diameter_px_sd
+    third = rope.envelope_px.size // 3
+    middle = rope.envelope_px[third : 2 * third]
+    mid = float(np.nanmedian(middle)) if np.isfinite(middle).any() else NAN
+    known = rope.envelope_px[np.isfinite(rope.envelope_px)]
+    return replace(
+        row,
+        diameter_px=d,
+        diameter_px_sd=d_sd,
+        diameter_mm=d * mm,
+        diameter_mm_sd=float(np.hypot(d_sd * mm, d * mm_sd)),
+        midspan_diameter_mm=mid * mm,
+        midspan_diameter_mm_sd=float(np.hypot(d_sd * mm, mid * mm_sd)),
+        unevenness=unevenness_of(rope.envelope_px),
+        baseline_envelope_mm=baseline_px(rope.envelope_px) * mm,
+        max_envelope_mm=float(known.max()) * mm,
+    )
+
+
+def _stripes(row: FrameRow, bowed: Bowed, rope: Rope) -> FrameRow:
+    """Strand repeat, sense, and where N is known the pitch and helix angle that follow."""
+    stripes = rope.stripes
+    if stripes is None or stripes.confidence < SURE:
+        return row
+    row = replace(
+        row,
+        strand_repeat_px=stripes.repeat_px,
+        handedness="Z" if stripes.slope > 0 else "S",
+        handedness_confidence=0.5 + 0.5 * stripes.confidence,
+    )
+    if bowed.count is None:
+        return row
+    pitch, sd = stripes.repeat_px * bowed.count, stripes.repeat_px_sd * bowed.count
+    mm, mm_sd = bowed.scale.mm_per_px, bowed.scale.mm_per_px_sd
+    return replace(
+        row,
+        pitch_px=pitch,
+        pitch_px_sd=sd,
+        pitch_mm=pitch * mm,
+        pitch_mm_sd=float(np.hypot(sd * mm, pitch * mm_sd)),
+        helix_angle_rad=float(np.arctan(np.pi * rope.diameter_px / pitch)),
+        helix_angle_rad_sd=angle_sd(rope.diameter_px, rope.diameter_px_sd, pitch, sd),
+    )
+
+
+def _knots(bowed: Bowed, rope: Rope) -> list[KnotSighting]:
+    mm = bowed.scale.mm_per_px
+    unit = mm if np.isfinite(mm) else 1.0
+    base = baseline_px(rope.envelope_px)
+    if not np.isfinite(base):
+        return []
+    return find_knots(
+        (rope.s_px - bowed.curve.start_px) * unit,
+        rope.envelope_px * unit,
+        rope.diameter_px * unit,
+        base * unit,
+        bowed.curve.axis.at(rope.s_px),
+        2.0 * rope.diameter_px * unit,
+        rope.diameter_px_sd * unit,
+    )
+
+
+def _profile(bowed: Bowed, rope: Rope) -> Profile:
+    keep = np.isfinite(rope.envelope_px)
+    mm = bowed.scale.mm_per_px
+    s = rope.s_px[keep] - bowed.curve.start_px
+    return Profile(
+        s_mm=s * mm,
+        s_px=s,
+        upper_px=rope.upper_px[keep],
+        lower_px=rope.lower_px[keep],
+        width_mm=(rope.upper_px - rope.lower_px)[keep] * mm,
+        envelope_mm=rope.envelope_px[keep] * mm,
+    )

@@ -1,0 +1,48 @@
+"""Which stretch of a bundle a helix may be fitted to: even ones, without knots."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import grey_closing, uniform_filter1d
+
+from tsvision.measures.helix import Edges
+
+UNEVEN = 1.18  # of the baseline's half width: from here on a column belongs to a knot
+
+
+def even_stretches(
+    edges: Edges, low_px: float, high_px: float, diameter_px: float
+) -> list[tuple[float, float]]:
+    """Stretches of s in low..high whose outer reach stays near the baseline, in order.
+
+    The reach is the larger half width about the straight line through the middles, closed over 2.5
+    widths so that lobes of strands and coils do not count; knots stand out and are cut away with
+    0.4 widths on either side. The whole range comes back when nothing stands out.
+    """
+    inside = (edges.s_px >= low_px) & (edges.s_px <= high_px)
+    known = inside & (edges.upper_weight > 0.1) & (edges.lower_weight > 0.1)
+    if known.sum() < 4.0 * diameter_px:
+        return [(low_px, high_px)]
+    s = edges.s_px[known]
+    centre = 0.5 * (edges.upper_px + edges.lower_px)[known]
+    line = np.polyfit(s, centre, 1)
+    half = np.maximum(
+        np.abs(edges.upper_px[known] - np.polyval(line, s)),
+        np.abs(edges.lower_px[known] - np.polyval(line, s)),
+    )
+    grid = edges.s_px[inside]
+    filled = np.interp(grid, s, half)
+    size = int(min(max(2.5 * diameter_px, 3), filled.size))
+    reach = uniform_filter1d(
+        grey_closing(filled, size=size, mode="nearest"), max(int(0.2 * diameter_px), 1)
+    )
+    base = float(np.percentile(reach, 25.0))
+    pad = max(int(0.4 * diameter_px), 1)
+    knotted = np.convolve(reach > UNEVEN * base, np.ones(2 * pad + 1), mode="same") > 0
+    edge = np.diff(np.concatenate([[1], knotted.astype(np.int8), [1]]))
+    firsts, lasts = np.flatnonzero(edge == -1), np.flatnonzero(edge == 1) - 1
+    return [
+        (float(grid[a]), float(grid[b]))
+        for a, b in zip(firsts, lasts, strict=True)
+        if grid[b] - grid[a] > 3.2 * diameter_px
+    ] or [(low_px, high_px)]
