@@ -8,6 +8,8 @@ largest E / E₀ has been so far is the background; a sighting counts by how far
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 import pandas as pd
 
@@ -19,14 +21,26 @@ LEAST_SPREAD = 0.02
 OUTLYING = 3.0  # spreads above the middle from which a frame is no background but an event
 BELIEVED_AT = 2.0  # spreads at which a sighting is as likely a knot as not
 STEEPNESS = 1.5  # log-odds per spread
+STEADY_FRAMES = 5
 COILED = 0.05  # A / D from which a frame belongs to the background of coiling
 
 
 class Background:
-    """The largest E / E₀ of the frames so far, events left out; grows by `push`."""
+    """The largest E / E₀ of the frames so far, events left out; grows by `push`.
+
+    E₀ itself is steadied: where one frame reads it low, everything in that frame stands out.
+    """
 
     def __init__(self) -> None:
         self._ratios = list(PRIOR)
+        self._bases: deque[float] = deque(maxlen=STEADY_FRAMES)
+
+    def steady(self, baseline_mm: float) -> float:
+        """This frame's E₀, but not below the median of the last frames' and its own."""
+        if np.isfinite(baseline_mm):
+            self._bases.append(baseline_mm)
+            return float(max(baseline_mm, np.median(self._bases)))
+        return baseline_mm
 
     def middle_and_spread(self) -> tuple[float, float]:
         """Median and robust standard deviation of the background."""
@@ -63,14 +77,15 @@ def chances(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> np.ndarr
     if not len(knots):
         return result
     base = numbers(frames, "baseline_envelope_mm")
-    top, coil = numbers(frames, "max_envelope_mm") / base, ratio_of(frames, "coil_amplitude")
+    top, coil = numbers(frames, "max_envelope_mm"), ratio_of(frames, "coil_amplitude")
     name = frames["frame"].to_numpy()
     rows_of = {key: np.asarray(rows) for key, rows in knots.groupby("frame").indices.items()}
     size, confidence = numbers(knots, "max_diameter_mm"), numbers(knots, "confidence")
     background = Background()
     for i in order.rows:
+        steady = background.steady(base[i])
         rows = rows_of.get(name[i], ())
         for row in rows:
-            result[row] = background.chance(size[row] / base[i], confidence[row])
-        background.push(top[i], coil[i], sighted=len(rows) > 0)
+            result[row] = background.chance(size[row] / steady, confidence[row])
+        background.push(top[i] / steady, coil[i], sighted=len(rows) > 0)
     return result

@@ -103,7 +103,8 @@ class Live:
         if self._winding and abs(result.row.turns) < ARTEFACT_TURNS:
             self._early.append([(k.centre_x_px, k.max_diameter_mm) for k in result.knots])
         against, largest = float("nan"), float("nan")
-        row, base = result.row, result.row.baseline_envelope_mm
+        row = result.row
+        base = self._background.steady(row.baseline_envelope_mm)
         for knot in result.knots:
             if self._is_dirt(knot.centre_x_px, knot.max_diameter_mm, result.row.diameter_px):
                 continue
