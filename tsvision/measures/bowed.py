@@ -13,7 +13,7 @@ import numpy as np
 
 from tsvision.flags import Flag, flags_from_text, flags_to_text
 from tsvision.images.curve import Curve, find_curve
-from tsvision.images.sight import Sight
+from tsvision.images.sight import Sight, find_sight
 from tsvision.measures.envelope import baseline_px, find_knots, unevenness_of
 from tsvision.measures.frame import Warm, measure_frame
 from tsvision.measures.looks import Looks, learn_looks
@@ -30,8 +30,8 @@ SURE = 0.3  # confidence of the stripes below which they tell nothing
 
 @dataclass(frozen=True)
 class Bowed:
-    """What stays the same: the curve, the sight that it was found from, scale, N when given, and
-    the helix' looks along the curve when N is given."""
+    """What stays the same: the curve and the sight along it, scale, N when given, and the helix'
+    looks where a helix may be tried."""
 
     curve: Curve
     sight: Sight
@@ -45,24 +45,38 @@ def learn_bowed(
 ) -> tuple[Bowed | None, Looks | None]:
     """(Bowed, looks) from some pictures of one size.
 
-    Bowed is None where the rig states the axis and for a taut bundle, whose looks come back as they are, but for a scale taken from
-    its length. A curve is also used where the straight search followed a shadow beside coloured
-    strings.
+    Bowed is None where the rig states the axis and for a taut bundle of known N or with its legs
+    in view, whose looks come back as they are, but for a scale taken from its length. The curve is
+    also used where the straight search followed a shadow beside coloured strings.
     """
-    if looks is None or rig.view.axis_px:
+    if rig.view.axis_px:
+        return None, looks
+    sight = looks.sight if looks is not None else find_sight(pictures, rig.view.roi_px)
+    if sight is None:
         return None, looks
     few = [pictures[i] for i in sorted({0, len(pictures) // 2, len(pictures) - 1})]
-    by_length = needs_curve(rig)
-    curve = find_curve(few, looks.sight, rig.view.roi_px, closely=by_length)
+    count, by_length = rig.strings.count, needs_curve(rig)
+    taut = count is not None and not by_length
+    curve = find_curve(few, sight, rig.view.roi_px, closely=not taut)
     if curve is None:
         return None, looks
     if by_length:
         scale = scale_along(rig, curve.end_px - curve.start_px, curve.width_px)
-    astray = curve.ground is not None and not curve.alike
-    if not (curve.bowed or astray):
-        return None, learn_looks(pictures, rig, scale) if by_length else looks
-    sight = replace(
-        looks.sight,
+    if not curve.bowed and looks is not None:
+        if by_length:
+            looks = learn_looks(pictures, rig, scale)
+        if curve.alike and (curve.legs or count is not None):
+            return None, looks
+    if curve.bowed or not curve.alike:
+        sight = _along(sight, curve)
+        # A section that nobody told is not guessed at along a curve.
+        looks = learn_looks(pictures, rig, scale, sight) if count is not None else None
+    return Bowed(curve, sight, scale, count, looks), looks
+
+
+def _along(sight: Sight, curve: Curve) -> Sight:
+    return replace(
+        sight,
         axis=curve.axis,
         width_px=curve.width_px,
         start_px=curve.start_px,
@@ -70,10 +84,6 @@ def learn_bowed(
         connector_px=NAN,
         legs_seen=False,
     )
-    along = None
-    if rig.strings.count is not None and curve.ground is None:
-        along = learn_looks(pictures, rig, scale, sight)
-    return Bowed(curve, sight, scale, rig.strings.count, along), looks
 
 
 def measure_bowed(frame: Frame, bowed: Bowed, turns: float, warm: Warm) -> tuple[FrameResult, Warm]:

@@ -63,12 +63,12 @@ class Measurer:
             return _empty(frame, turns, Flag.WRONG_SIZE)
         if _is_blank(frame.pixels):
             return _empty(frame, turns, Flag.BLANK)
-        if self.looks is None:
-            return _empty(frame, turns, Flag.NO_BUNDLE)
         if self.bowed is not None:
             result, self.warm = measure_bowed(frame, self.bowed, turns, self.warm)
-        else:
+        elif self.looks is not None:
             result, self.warm = measure_frame(frame, self.looks, turns, self.warm)
+        else:
+            return _empty(frame, turns, Flag.NO_BUNDLE)
         return result
 
 
