@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import struct
 from pathlib import Path
 
@@ -39,6 +40,11 @@ def encoded(suffix: str) -> bytes:
 
 
 WHOLE = {suffix: encoded(suffix) for suffix in (".png", ".jpg", ".bmp", ".tif")}
+# found by libFuzzer: a chunk longer than the file, on which OpenCV's own reader never returns
+HANGS_OPENCV_5 = (
+    "iVBORw0KGgoAAAANSUhEUgAAABAAAAAPaUjpAAAAAEldqQAANElEQVQIHV3BQQEAEBAN6chAJrKQRDZykMvvAXknBOEPa"
+    "UjpAAAAAElFTkSuQmCC"
+)
 damage = st.lists(st.tuples(st.integers(0, 10**6), st.integers(0, 255)), max_size=8)
 
 
@@ -71,6 +77,7 @@ def test_damaged_pictures(tmp_path: Path, suffix: str, changes, cut: float) -> N
 @example(b"\xff\xd8\xff\xe0\x00\x00\xff\xc0")
 @example(b"\xff\xd8" + b"\xff" * 40)
 @example(b"\x89PNG\r\n\x1a\n" + bytes(4) + b"IHDR" + struct.pack(">II", 2**31, 2**31))
+@example(base64.b64decode(HANGS_OPENCV_5))
 def test_any_bytes_as_a_picture(data: bytes) -> None:
     try:
         assert is_picture(decode(data))

@@ -79,6 +79,8 @@ def _picture_stream(path: Path, container: Any) -> Any:
     if not container.streams.video:
         raise InputError(f"{path}: holds no video stream; name another file")
     stream = container.streams.video[0]
+    if stream.codec_context is None:
+        raise InputError(f"{path}: its codec is not known; convert the video to H.264")
     try:
         check_size(stream.codec_context.width, stream.codec_context.height)
     except Unreadable as problem:
