@@ -80,6 +80,7 @@ def run(job: tuple[str, tuple]) -> dict[str, Any]:
     table = table_from_rows(list(case.rows[0]), case.rows, Rig())
     verdict = diagnose(table)
     seconds = time.perf_counter() - start
+    after = _carried_out(spec, verdict) if group == "only x" else None
     gain = verdict.gain or {}
     noise = np.array([verdict.data["noise"][name] for name in table.observables])
     return {
@@ -98,7 +99,31 @@ def run(job: tuple[str, tuple]) -> dict[str, Any]:
         "seconds": seconds,
         "peers": ask_peers(table, noise) if PEERS else {},
         "next": verdict.next_experiment,
+        "after": after,
     }
+
+
+def _carried_out(spec: tuple, verdict: Any) -> list[tuple[str, ...]] | None:
+    """The class after the proposed observable was measured too, over the same runs."""
+    from tsvision.diagnosis.diagnose import diagnose
+    from tsvision.diagnosis.table import table_from_rows
+    from tsvision.records import Rig
+
+    if verdict.status != "ambiguous" or verdict.next_experiment is None:
+        return None
+    both = ("displacement_mm", verdict.next_experiment["observable"])
+    case = planted.plain_case(spec[1], spec[3], planted.Setting(observables=both))
+    answer = diagnose(table_from_rows(list(case.rows[0]), case.rows, Rig()))
+    return [tuple(sorted(names)) for names in answer.equivalent]
+
+
+def proposals(results: list[dict[str, Any]]) -> str:
+    """Of the ambiguous cases: how often the proposed observable left the truth alone."""
+    tried = [r for r in results if r["after"] is not None]
+    if not tried:
+        return "proposed observable: no ambiguous case"
+    done = sum(r["after"] == [r["truth"]] for r in tried)
+    return f"proposed observable resolves {done} of {len(tried)} ambiguous cases"
 
 
 def summary(results: list[dict[str, Any]]) -> str:
@@ -181,6 +206,7 @@ def main() -> None:
             if not right:
                 print(r, file=sys.stderr)
     print(summary(results))
+    print(proposals(results))
     print()
     if PEERS:
         print(peers(results))

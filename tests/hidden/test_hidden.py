@@ -84,3 +84,14 @@ def test_displacement_alone_gives_the_class_and_a_reading_that_would_tell() -> N
     assert {("radius_bias",), ("angle_scale",), ("camera_scale",)} <= set(classes(answer))
     assert answer.next_experiment is not None
     assert answer.next_experiment["observable"] != "displacement_mm"
+
+
+def test_the_proposed_reading_carried_out_shrinks_the_class() -> None:
+    setting = planted.Setting(observables=("displacement_mm",), count=4)
+    before = verdict(planted.plain_case("angle_scale", 910_061, setting))
+    assert len(before.equivalent) > 1 and before.next_experiment is not None
+    wider = planted.Setting(
+        observables=("displacement_mm", before.next_experiment["observable"]), count=4
+    )
+    after = verdict(planted.plain_case("angle_scale", 910_061, wider))
+    assert classes(after) == [("angle_scale",)]
