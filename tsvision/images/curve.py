@@ -281,6 +281,8 @@ def smooth(s: np.ndarray, y: np.ndarray, weight: np.ndarray, spacing: float) -> 
     """Cubic spline through y(s) with knots at least `spacing` apart, outliers weighted down."""
     pieces = max(int((s[-1] - s[0]) / spacing), 1)
     knots = np.linspace(s[0], s[-1], pieces + 1)[1:-1]
+    held = np.diff(np.searchsorted(s, np.concatenate([[s[0]], knots, [s[-1] + 1.0]]))) > 5
+    knots = knots[held[:-1] & held[1:]]  # a gap without points cannot hold a piece of its own
     w = weight.copy()
     spline = LSQUnivariateSpline(s, y, knots, w=w, k=3)
     for _ in range(6):

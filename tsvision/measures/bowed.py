@@ -25,6 +25,7 @@ from tsvision.records import Frame, FrameResult, FrameRow, KnotSighting, Profile
 NAN = float("nan")
 FUZZY = 0.1  # share of columns with hairs from which the frame is flagged
 AGREE = 0.12  # relative difference of D and strand repeat between helix and rope
+END_DIAMETERS = 1.5  # knots are not sought so near to a cord's ends
 SURE = 0.3  # confidence of the stripes below which they tell nothing
 
 
@@ -57,6 +58,8 @@ def learn_bowed(
     few = [pictures[i] for i in sorted({0, len(pictures) // 2, len(pictures) - 1})]
     count, by_length = rig.strings.count, needs_curve(rig)
     taut = count is not None and not by_length
+    if taut and looks is not None and _held(looks, len(pictures)):
+        return None, looks
     curve = find_curve(few, sight, rig.view.roi_px, closely=not taut)
     if curve is None:
         return None, looks
@@ -72,6 +75,14 @@ def learn_bowed(
         # A section that nobody told is not guessed at along a curve.
         looks = learn_looks(pictures, rig, scale, sight) if count is not None else None
     return Bowed(curve, sight, scale, count, looks), looks
+
+
+def _held(looks: Looks, pictures: int) -> bool:
+    """Whether a separator, legs or a connector are in view, or a film was taken: then the strings
+    are under load and the axis is straight, whatever its coils and knots look like."""
+    ends = looks.ends
+    hardware = looks.sight.legs_seen or np.isfinite(ends.plate_px) or np.isfinite(ends.connector_px)
+    return bool(hardware or pictures >= 4)
 
 
 def _along(sight: Sight, curve: Curve) -> Sight:
@@ -208,7 +219,7 @@ def _knots(bowed: Bowed, rope: Rope) -> list[KnotSighting]:
     base = baseline_px(rope.envelope_px)
     if not np.isfinite(base):
         return []
-    return find_knots(
+    found = find_knots(
         (rope.s_px - bowed.curve.start_px) * unit,
         rope.envelope_px * unit,
         rope.diameter_px * unit,
@@ -217,6 +228,14 @@ def _knots(bowed: Bowed, rope: Rope) -> list[KnotSighting]:
         2.0 * rope.diameter_px * unit,
         rope.diameter_px_sd * unit,
     )
+    # Frayed ends and parted plies are wide without being knots.
+    length = (bowed.curve.end_px - bowed.curve.start_px) * unit
+    clear = END_DIAMETERS * rope.diameter_px * unit
+    return [
+        k
+        for k in found
+        if clear + 0.5 * k.length_mm < k.centre_mm < length - clear - 0.5 * k.length_mm
+    ]
 
 
 def _profile(bowed: Bowed, rope: Rope) -> Profile:

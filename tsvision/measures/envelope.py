@@ -101,7 +101,7 @@ def find_knots(
     """
     above = np.isfinite(envelope_mm) & (envelope_mm >= RISE * baseline_mm)
     found = []
-    for first, last in _runs(above):
+    for first, last in _joined(_runs(above), s_mm, 0.4 * period_mm):
         length = float(s_mm[last] - s_mm[first])
         top = float(np.nanmax(envelope_mm[first : last + 1]))
         if length < diameter_mm or top < TOP * diameter_mm:
@@ -123,6 +123,19 @@ def find_knots(
             )
         )
     return found
+
+
+def _joined(
+    runs: list[tuple[int, int]], s_mm: np.ndarray, gap_mm: float
+) -> list[tuple[int, int]]:
+    """Runs with less than `gap_mm` between them as one: the dip between two coils of one knot."""
+    out: list[tuple[int, int]] = []
+    for first, last in runs:
+        if out and s_mm[first] - s_mm[out[-1][1]] < gap_mm:
+            out[-1] = (out[-1][0], last)
+        else:
+            out.append((first, last))
+    return out
 
 
 def _runs(flags: np.ndarray) -> list[tuple[int, int]]:

@@ -348,10 +348,19 @@ def _envelope_values(
     s_mm = (edges.s_px - looks.zero_px) * scale
     place = looks.sight.axis.at(edges.s_px)
     sd = row.diameter_px_sd if np.isfinite(row.diameter_px_sd) else 0.05 * diameter
+    # A knot coils more tightly than the bundle beside it: closed over the bundle's own period two
+    # knots that lie near each other would run together.
+    tight = envelope_px(
+        np.nan_to_num(upper),
+        np.nan_to_num(lower),
+        known,
+        max(0.5 * period, 1.2 * diameter),
+        diameter,
+    )
     knots = (
         find_knots(
             (edges.s_px - looks.zero_px) * unit,
-            envelope * unit,
+            tight * unit,
             diameter * unit,
             base * unit,
             place,

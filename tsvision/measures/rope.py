@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, median_filter
+from scipy.ndimage import gaussian_filter1d, grey_opening, median_filter
 
 from tsvision.images.colour import log_chromaticity
 from tsvision.images.curve import KNOT_WIDTHS, Curve, cord_contrast, core_mask, smooth
@@ -23,6 +23,7 @@ from tsvision.measures.stripes import Stripes, find_stripes
 
 PERCENTILE = 90.0
 WINDOW_DIAMETERS = 2.0
+TUFT = 0.3  # of the width
 
 
 @dataclass(frozen=True)
@@ -66,9 +67,10 @@ def measure_rope(
     centre = middle(np.clip(s, s[good][0], s[good][-1]))
     size = np.median((upper - lower)[good])
     window = max(int(WINDOW_DIAMETERS * size), 5)
-    envelope = _envelope(upper - centre, centre - lower, good, window, PERCENTILE)
+    sides = [_without_tufts(d, good, size) for d in (upper - centre, centre - lower)]
+    envelope = _envelope(sides[0], sides[1], good, window, PERCENTILE)
     diameter = float(np.nanmedian(envelope))
-    sd = _diameter_sd(upper - centre, centre - lower, good, window, envelope, diameter)
+    sd = _diameter_sd(sides[0], sides[1], good, window, envelope, diameter)
     inside = np.flatnonzero(good)
     part = slice(inside[0], inside[-1] + 1)
     stripes = find_stripes(
@@ -135,6 +137,14 @@ def _proper(upper: np.ndarray, lower: np.ndarray, weight: np.ndarray, width: flo
         return sure
     typical = float(np.median(size[sure]))
     return (size > 0.45 * typical) & (size < 1.6 * typical)
+
+
+def _without_tufts(distance: np.ndarray, good: np.ndarray, width: float) -> np.ndarray:
+    """Distance of an edge from the centre line (M,) with what stands out over less than a third of
+    the width, a tuft of hairs, cut off; a strand's lobe is longer than that."""
+    at = np.flatnonzero(good)
+    filled = np.interp(np.arange(distance.size), at, distance[at])
+    return grey_opening(filled, size=max(int(TUFT * width), 1), mode="nearest")
 
 
 def _envelope(

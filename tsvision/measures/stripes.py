@@ -105,8 +105,9 @@ def find_wave(flat: np.ndarray, theta: np.ndarray, radius_px: float) -> _Wave | 
     centres = [_peak(k, p[j], i) for p in power]
     strong = power[:, j, i]
     k_mean = float(np.average(centres, weights=strong))
-    k_sd = float(np.sqrt(np.average((np.array(centres) - k_mean) ** 2, weights=strong)))
-    k_sd = float(np.hypot(k_sd / np.sqrt(max(len(starts) / 2.0, 1.0)), 0.02 * k_mean / len(starts)))
+    scatter = float(np.sqrt(np.average((np.array(centres) - k_mean) ** 2, weights=strong)))
+    resolved = 0.3 * 2.0 * np.pi / columns  # a peak is placed to a third of its width
+    k_sd = float(np.hypot(scatter / np.sqrt(max(len(starts) / 2.0, 1.0)), resolved))
     return _Wave(
         k=_peak(k, mean[j], i),
         m=_peak(around, mean[:, i], j),
