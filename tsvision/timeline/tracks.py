@@ -72,6 +72,7 @@ def track_knots(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> Trac
     for step, rows in enumerate(rows_at):
         if not good[step] and not len(rows):
             continue
+        live = _retire_doubtful(live, done)
         turned = _turned_since(order, live, step)
         pairs = _assign(live, place[rows], length[rows], turned)
         _extend(live, pairs, rows, place, odds, step)
@@ -237,6 +238,16 @@ def _start_new(
         new = Track(len(live) + len(done), [step], [int(row)], [float(place[row])])
         new.log_odds, new.origin = float(odds[row]), origin
         live.append(new)
+
+
+def _retire_doubtful(live: list[Track], done: list[Track]) -> list[Track]:
+    """A track that by now is rather no knot must not hand its doubts on to one that begins here."""
+    kept: list[Track] = []
+    for track in live:
+        doubtful = track.log_odds - MISS_COST * track.missed < 0
+        track.end = "vanished" if doubtful else track.end
+        (done if doubtful else kept).append(track)
+    return kept
 
 
 def _retire(live: list[Track], done: list[Track], matched: set[int], step: int) -> list[Track]:
