@@ -127,6 +127,11 @@ def lay(
             )
     unknown = brentq(lambda u: build(u).turns - amount, low, high, xtol=1e-9)
     rough = build(unknown)
+    if rough.apex_mm < 0.05 * real.hole_distance_mm:
+        raise InputError(
+            f"hole_distance_mm = {real.hole_distance_mm:g} leaves no legs once {amount:g} turns "
+            "have opened the bundle; give a larger distance or fewer strings"
+        )
     slant = max(float(rough.line.arc_mm[-1]) / max(real.zone_mm - rough.apex_mm, 1e-9), 1.0)
     fine_mm = ARC_STEP_MM / slant
     # The finer grid sums the turns a little differently: one secant step closes the budget on it.

@@ -21,6 +21,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from synth.actuator import state_at
+from synth.camera import View
 from synth.effects import stated_zone_mm
 from synth.frames import open_frames
 from synth.phases import onset
@@ -82,7 +83,7 @@ def _write_all(folder: Path, settings: Settings, progress: Progress | None, with
             truth = frame_truth(settings, scene.view, state, index, paths)
             rows.append({**truth.row, "file": name})
             knots.append(truth.knots)
-            table = _profile_table(truth, index)
+            table = _profile_table(truth, scene.view, index)
             if profiles is None:
                 profiles = pq.ParquetWriter(folder / "truth_profiles.parquet", table.schema)
             profiles.write_table(table)
@@ -98,8 +99,18 @@ def _write_all(folder: Path, settings: Settings, progress: Progress | None, with
     (folder / "truth.json").write_text(json.dumps(story, indent=1, default=_plain))
 
 
-def _profile_table(truth: FrameTruth, index: int) -> pa.Table:
+def _profile_table(truth: FrameTruth, view: View, index: int) -> pa.Table:
+    """The outline's rows; `mask` is True where both edges lie inside the picture."""
     seen = np.isfinite(truth.upper_px)
+    row = truth.row
+    start = np.array([row["axis_x0_px"], row["axis_y0_px"]])
+    along = np.array([row["axis_x1_px"], row["axis_y1_px"]]) - start
+    along /= np.linalg.norm(along)
+    across = np.array([-along[1], along[0]])
+    inside = np.ones(int(seen.sum()), bool)
+    for edge in (truth.upper_px, truth.lower_px):
+        place = start + truth.s_px[seen, None] * along + edge[seen, None] * across
+        inside &= ((place >= 0) & (place <= [view.width - 1, view.height - 1])).all(axis=1)
     return pa.table(
         {
             "frame": np.full(int(seen.sum()), index, np.int32),
@@ -108,6 +119,7 @@ def _profile_table(truth: FrameTruth, index: int) -> pa.Table:
             "upper_px": truth.upper_px[seen].astype(np.float32),
             "lower_px": truth.lower_px[seen].astype(np.float32),
             "envelope_mm": truth.envelope_mm[seen].astype(np.float32),
+            "mask": inside,
         }
     )
 
@@ -193,7 +205,8 @@ CONVENTIONS = {
     "displacement_mm": "as recorded (law and planted effects); scene_displacement_mm = mean strand "
     "length in the zone - L is what the picture holds",
     "turn budget": "turns = turns_lost + turns_in_legs + turns_of_strands + turns_of_centre_line",
-    "masks": "mask_diameter, mask_pitch, mask_apex, mask_full_zone: where a comparison is fair",
+    "masks": "mask_diameter, mask_pitch, mask_apex, mask_full_zone, and mask in truth_profiles: "
+    "where a comparison is fair",
     "handedness": "Z: right-handed helix",
 }
 

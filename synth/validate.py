@@ -7,7 +7,7 @@ import numpy as np
 from synth.camera import distortion_folds
 from synth.effects import stated_zone_mm
 from synth.laws import LAWS
-from synth.sections import make_section
+from synth.sections import make_section, section_diameter_mm
 from synth.settings import Settings
 from synth.strands import hole_centres_mm, hole_diameter_mm, needed_hole_mm
 from tsvision.errors import InputError
@@ -41,6 +41,12 @@ def check(settings: Settings) -> None:
     _within("actuator.twisting_zone_mm", stated_zone_mm(settings), 2.0, 500.0, " mm")
     _within("actuator.hole_distance_mm", actuator.hole_distance_mm, 0.1, 100.0, " mm")
     _within("actuator.load_N", actuator.load_N, 0.01, 1e4, " N")
+    outer = section_diameter_mm(strings.section, strings.count, strings.diameter_mm)
+    if outer >= 0.9 * actuator.hole_distance_mm:
+        raise InputError(
+            f"actuator.hole_distance_mm = {actuator.hole_distance_mm:g} mm leaves no legs for a "
+            f"bundle of {outer:.3g} mm; give more than {outer / 0.9:.3g} mm"
+        )
     _check_holes(settings)
     _one_of("camera.side", camera.side, ("left", "right", "top", "bottom"))
     _one_of("camera.view", camera.view, ("full", "closeup"))

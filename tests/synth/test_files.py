@@ -56,6 +56,7 @@ def test_a_recording_is_complete(tmp_path: Path) -> None:
     last = profiles[profiles["frame"] == 2]
     width = (last["lower_px"] - last["upper_px"]).max() * truth["mm_per_px"][2]
     assert width == pytest.approx(0.48, abs=0.005)
+    assert last["mask"].all()
     assert last["s_mm"].min() == pytest.approx(truth["apex_mm"][2], abs=0.1)
 
 
@@ -220,7 +221,9 @@ def test_nothing_half_written_is_left_behind(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"actuator.hole_distance_mm": 0.5}, ["hole_diameter_mm", "overlap"]),
+        ({"actuator.hole_distance_mm": 0.56}, ["hole_diameter_mm", "overlap"]),
+        ({"strings.diameter_mm": 2.4}, ["hole_distance_mm", "more than"]),
+        ({"camera.k1": -0.29}, ["camera.k1", "above 0.1"]),
         ({"actuator.hole_diameter_mm": 0.1}, ["hole_diameter_mm", "at least"]),
         ({"strings.diameter_mm": -0.24}, ["diameter_mm", "0.01"]),
         ({"strings.count": 0}, ["strings.count", "2 to 10"]),
