@@ -34,7 +34,7 @@ def test_it_sets_the_onset_beside_the_truth(
 def test_it_never_prints_a_number_for_no_onset(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    onset = {"status": "not_observed", "turns": None, "last_turns": 68.0}
+    onset: dict[str, object] = {"status": "not_observed", "turns": None, "last_turns": 68.0}
     demo._tell(*written(tmp_path, onset))
     assert "not_observed up to 68 turns" in capsys.readouterr().out
 
