@@ -50,8 +50,8 @@ def test_tension_squeezing_the_bundle_explains_the_life_cycle_table(loaded: Verd
 
 def test_the_gain_on_the_load_left_out(loaded: Verdict) -> None:
     assert loaded.gain is not None and loaded.gain["scheme"] == "leave-one-load-out"
-    # A straight fit by hand with D anchored at the caliper's digit comes to 0.58 to 0.65 mm.
-    assert loaded.gain["held_out_rmse_extended_mm"] < 0.66
+    # Least squares by hand, with D anchored at the caliper's digit: 0.58 to 0.60 mm.
+    assert loaded.gain["held_out_rmse_extended_mm"] <= 0.60
     assert loaded.gain["low"] > 2.0
 
 

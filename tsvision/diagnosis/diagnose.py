@@ -13,7 +13,7 @@ from tsvision.diagnosis.gain import Gain, as_it_came, held_out_gain
 from tsvision.diagnosis.lack_of_fit import PLACES, LackOfFit, lack_of_fit
 from tsvision.diagnosis.next_experiment import Proposal, propose
 from tsvision.diagnosis.problem import Problem, from_value, parameters, prepare, to_value
-from tsvision.diagnosis.select import Candidate, Selection, select
+from tsvision.diagnosis.select import Candidate, Selection, select, weighed
 from tsvision.diagnosis.table import Table
 from tsvision.diagnosis.units_check import check_units
 from tsvision.diagnosis.verdict import Cause, Estimate, Verdict
@@ -25,6 +25,7 @@ MISFIT_P = 1e-4  # structure in the residual that chance hardly makes
 MOST_LEFT = 0.3  # share of the base's structured misfit that a named cause may leave
 OUTLIER_WEIGHT = 0.2  # of a Student-t residual: beyond about 4.5 times the noise
 SHOWN = 30
+SHOWN_RIVALS = 4
 TWIN_SLACK = 15.0  # log evidence: a twin that fell further behind did not converge
 MOST_RIVALS = 4  # whose predictions are set against each other
 
@@ -52,8 +53,8 @@ def diagnose(table: Table, base: str = "constant_radius") -> Verdict:
 
 def _with_noise_prior(problem: Problem, before: LackOfFit) -> Problem:
     """The AR(1) coefficient as the saturated model sees it, as every model's prior."""
-    if not before.tested:
-        return problem
+    if not before.tested:  # too few rows to know of any: none is assumed
+        return replace(problem, rho_sd=np.full(len(problem.rho_sd), 0.01))
     return replace(problem, rho_mean=before.rho, rho_sd=np.maximum(before.rho_sd, 0.05))
 
 
@@ -111,6 +112,7 @@ def _compose(
     extended = {key: _rms(table.value - shown.predicted, counted), "unit": unit}
     causes = tuple(_causes(problem, best)) if sets else ()
     following = _plain(_proposal(problem, selection, sets, survivors)) if sets else None
+    rivals = _rivals(selection, sets)
     gained = None if gain is None else _gain_dict(gain)
     residual = _residual(problem, status, selection, after)
     return Verdict(
@@ -124,6 +126,7 @@ def _compose(
             {"causes": list(c.names), "log_evidence_gain": round(selection.gain(c), 2)}
             for c in selection.candidates[:SHOWN]
         ),
+        rivals=tuple(rivals),
         next_experiment=following,
         residual=residual,
         exact_equivalences=_exact(sets, table.observables),
@@ -141,6 +144,7 @@ def _compose(
             following,
             residual,
             unit,
+            rivals,
         ),
     )
 
@@ -166,6 +170,32 @@ def _causes(problem: Problem, best: Fit) -> list[Cause]:
         )
         for part in best.simulation.parts
     ]
+
+
+def _rivals(selection: Selection, sets: list[tuple[str, ...]]) -> list[dict[str, Any]]:
+    """What came next: other shapes of the chosen set, and other sets of its size, with how far
+    they fall behind in log evidence."""
+    if not sets or selection.chosen is None:
+        return []
+    best = selection.chosen.best
+    shapes = [
+        {
+            "causes": list(f.names),
+            "shapes": [part.shape.name for part in f.simulation.parts],
+            "behind": round(weighed(best) - weighed(f), 2),
+        }
+        for f in selection.chosen.fits[1:SHOWN_RIVALS]
+    ]
+    others = [
+        {
+            "causes": list(c.names),
+            "shapes": [part.shape.name for part in c.best.simulation.parts],
+            "behind": round(selection.chosen.log_evidence - c.log_evidence, 2),
+        }
+        for c in selection.candidates
+        if len(c.names) == len(sets[0]) and c.names != selection.chosen.names
+    ]
+    return shapes + others[: SHOWN_RIVALS - 1]
 
 
 def _proposal(

@@ -1,8 +1,8 @@
 """Fit one simulation to a table: robust, with nuisances, correlated noise, and its evidence.
 
-Posterior mode by Levenberg-Marquardt on re-weighted residuals (Student-t, 4 degrees of freedom),
-with the noise scale of each observable from MacKay's evidence procedure and an AR(1) term per
-observable. The log evidence is Laplace's, with the cut of the priors at their bounds.
+Posterior mode by Levenberg-Marquardt on re-weighted residuals (Student-t noise), with the noise
+scale of each observable from MacKay's evidence procedure and an AR(1) term per observable. The log
+evidence is Laplace's, with the cut of the priors at their bounds.
 """
 
 from __future__ import annotations
@@ -16,11 +16,9 @@ from scipy.special import gammaln, ndtr
 from tsvision.diagnosis.problem import LEAST_NOISE, Problem, bounds, parameters, to_value
 from tsvision.mechanisms.shelf import Simulation
 
-NU = 4.0
 STEP = 1e-5
 MOST_RHO = 0.9
 RHO_SLACK = 2.0  # a misfit must not pass as correlation: at most so many sd over the prior
-T_CONSTANT = float(gammaln((NU + 1) / 2) - gammaln(NU / 2) - 0.5 * np.log(NU * np.pi))
 UNIFORM_RIDGE = 1.0  # a weak pull that keeps a flat direction finite; undone in the evidence
 MOST_STARTS = 40
 SETTLED = 5e-3  # of the log posterior, of the noise's log scale and correlation
@@ -134,6 +132,7 @@ class Noise:
         # A row's own scale also weighs its predecessor, so that value_sd may vary along a run.
         self.ratio = problem.row_scale / problem.row_scale[self.before]
         self.log_det = float(np.sum(np.log(self.scale)))
+        self.nu = problem.tail
 
     def whiten(self, array: np.ndarray) -> np.ndarray:
         """Along the row axis: (n,), (S, n) or (S, n, P) with the row axis second to last there."""
@@ -144,12 +143,14 @@ class Noise:
 
 
 def _minus_log_likelihood(innovation: np.ndarray, noise: Noise) -> np.ndarray:
-    bowl = 0.5 * (NU + 1) * np.log1p(innovation**2 / NU)
-    return np.sum(bowl, axis=-1) - noise.log_det - innovation.shape[-1] * T_CONSTANT
+    nu = noise.nu
+    bowl = 0.5 * (nu + 1) * np.log1p(innovation**2 / nu)
+    constant = gammaln((nu + 1) / 2) - gammaln(nu / 2) - 0.5 * np.log(nu * np.pi)
+    return np.sum(bowl, axis=-1) - noise.log_det - innovation.shape[-1] * float(constant)
 
 
-def _weights(innovation: np.ndarray) -> np.ndarray:
-    return (NU + 1) / (NU + innovation**2)
+def _weights(innovation: np.ndarray, nu: float) -> np.ndarray:
+    return (nu + 1) / (nu + innovation**2)
 
 
 def _first_noise(problem: Problem) -> np.ndarray:
@@ -185,7 +186,7 @@ def _best_start(
         noise = Noise(problem, sigma, rho)
         rows, jacobian = _rows_and_jacobian(problem, simulation, layout, thetas)
         innovation = noise.whiten(problem.table.value - rows)
-        weight = _weights(innovation)
+        weight = _weights(innovation, problem.tail)
         white = noise.whiten(jacobian)
         step = _steps(layout, thetas, innovation, white, weight, 1e-3)
         moved = layout.clip(thetas + step)
@@ -202,7 +203,7 @@ def _best_start(
         keep = np.argsort(cost)[:6]
         thetas = thetas[keep]
         best = np.where(better[keep[0]], after[keep[0]], innovation[keep[0]])
-        sigma = _new_sigma(problem, sigma, best, _weights(best), np.zeros(len(best)))
+        sigma = _new_sigma(problem, sigma, best, _weights(best, problem.tail), np.zeros(len(best)))
     return thetas[0], sigma
 
 
@@ -250,7 +251,7 @@ def _descend(
     rows, jacobian = _rows_and_jacobian(problem, simulation, layout, theta[None])
     innovation = noise.whiten(value - rows[0])
     for _ in range(most_steps):
-        weight = _weights(innovation)
+        weight = _weights(innovation, problem.tail)
         white = noise.whiten(jacobian)[0]
         heavy = white * weight[:, None]
         normal = heavy.T @ white
@@ -269,7 +270,7 @@ def _descend(
         # The leverage changes little in a step: the old linearisation serves for the noise.
         leverage, _ = _leverage(layout, white, heavy, normal)
         old = sigma, rho
-        weight = _weights(innovation)
+        weight = _weights(innovation, problem.tail)
         sigma = _new_sigma(problem, sigma, innovation, weight, leverage)
         rho = _new_rho(problem, value - rows[0], sigma, weight)
         change = np.max(np.abs(np.log(sigma / old[0]))) + np.max(np.abs(rho - old[1]))
@@ -370,7 +371,7 @@ def _finish(
 ) -> Fit:
     noise = Noise(problem, sigma, rho)
     innovation = noise.whiten(problem.table.value - rows)
-    weight = _weights(innovation)
+    weight = _weights(innovation, problem.tail)
     white = noise.whiten(jacobian)[0]
     heavy = white * weight[:, None]
     leverage, covariance = _leverage(layout, white, heavy, heavy.T @ white)

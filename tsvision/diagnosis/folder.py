@@ -20,8 +20,9 @@ from tsvision.records import Rig
 BAD = {"UNREADABLE", "WRONG_SIZE", "BLANK", "NO_BUNDLE", "TRACK_LOST", "CAMERA_MOVED"}
 NO_HELIX = {"ENVELOPE_ONLY", "NO_PITCH", "AMBIGUOUS_HARMONIC", "TOO_FEW_TURNS"}
 # The helix is read beside the separator and the turns over the part in view: as means over the
-# zone they carry a gain of their own (merging zone, ends out of view).
-GAIN_SD = {"helix_angle_deg": 0.03, "twist_turns": 0.03}
+# zone they carry a gain of their own (merging zone, ends out of view). An edge on a front-lit tube
+# is 0.5 to 2 px off, which acts on all diameters of a recording alike.
+GAIN_SD = {"diameter_mm": 0.02, "helix_angle_deg": 0.03, "twist_turns": 0.03}
 LEAST_SD = {"diameter_mm": 0.004, "helix_angle_deg": 0.2, "twist_turns": 0.1}
 STRAIGHT = "twist"  # the phase in which the zone's mean helix is the one beside the separator
 HEADER = ("run", "turns", "load_N", "branch", "time_s", "cycle", "observable", "value", "value_sd")

@@ -17,6 +17,7 @@ from tsvision.diagnosis.table import Table
 from tsvision.mechanisms.shelf import Parameter, Reference, Simulation
 
 OFFSET_SD_MM = 0.1
+TAIL = 4.0
 # Nothing is read better than this; keeps noise-free (simulated) data from infinite certainty.
 LEAST_NOISE = {
     "displacement_mm": 0.02,
@@ -55,6 +56,7 @@ class Problem:
     row_scale: np.ndarray  # (n,), relative noise of the rows within an observable
     noise_usual: np.ndarray  # (K,), value_sd's mean where every row has one, else USUAL_NOISE
     noise_sd: np.ndarray  # (K,), how surely, as standard deviation of the log
+    tail: float  # degrees of freedom of the Student-t noise
     base: str = "constant_radius"
     rho_mean: np.ndarray = field(default_factory=lambda: np.zeros(0))
     rho_sd: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -134,10 +136,17 @@ def prepare(table: Table, base: str = "constant_radius") -> Problem:
         row_scale=scale,
         noise_usual=usual,
         noise_sd=sure,
+        tail=_tail(table.rows),
         base=base,
         rho_mean=np.zeros(len(table.observables)),
         rho_sd=np.full(len(table.observables), 0.3),
     )
+
+
+def _tail(rows: int) -> float:
+    """4 for a long table; more for a short one, which holds hardly an outlier and could not tell
+    one from a reading that matters."""
+    return TAIL * (1.0 + 6.0 * (12.0 / rows) ** 2)
 
 
 def _groups(*columns: np.ndarray) -> np.ndarray:

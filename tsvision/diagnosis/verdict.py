@@ -50,6 +50,7 @@ class Verdict:
     rows: tuple[dict[str, Any], ...]
     notes: tuple[str, ...]
     paragraph: str
+    rivals: tuple[dict[str, Any], ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """A dict of JSON types; what is unknown (NaN) becomes None."""
@@ -77,6 +78,7 @@ class Verdict:
                     "extended",
                     "gain",
                     "evidence",
+                    "rivals",
                     "next_experiment",
                     "residual",
                     "exact_equivalences",

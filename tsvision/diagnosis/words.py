@@ -5,6 +5,8 @@ from __future__ import annotations
 from tsvision.diagnosis.verdict import Cause, Estimate
 from tsvision.mechanisms import MECHANISMS
 
+ALIKE = 3.0  # log evidence
+
 
 def paragraph(
     status: str,
@@ -16,6 +18,7 @@ def paragraph(
     next_experiment: dict | None,
     residual: dict,
     unit: str,
+    rivals: list[dict],
 ) -> str:
     """A few sentences: how wrong the model is, why, what mending it gains, what to do next."""
     key = "rmse_mm" if "rmse_mm" in base else "rmse"
@@ -45,9 +48,28 @@ def paragraph(
         )
     if residual["lack_of_fit_p"] is not None and residual["lack_of_fit_p"] < 0.01:
         said.append(f"A small part is left over: {residual['hint']}.")
-    if next_experiment and len(equivalent) > 1:
+    said += _next_best(rivals, len(equivalent) > 1)
+    if next_experiment:
         said.append(_next(next_experiment))
     return " ".join(said)
+
+
+def _next_best(rivals: list[dict], ambiguous: bool) -> list[str]:
+    """Forms of the same causes that fit alike, and the nearest other causes."""
+    own = rivals[0]["causes"] if rivals else []
+    same = [r for r in rivals if r["causes"] == own and r["behind"] < ALIKE]
+    said = []
+    if same:
+        forms = ", ".join("/".join(r["shapes"]).replace("_", " ") for r in same)
+        said.append(f"Other forms of it fit nearly as well ({forms}).")
+    others = [r for r in rivals if r["behind"] >= ALIKE]
+    if others and not ambiguous:
+        nearest = min(others, key=lambda r: r["behind"])
+        said.append(
+            f"The nearest rival, {_joined(tuple(nearest['causes']))}, is {nearest['behind']:.1f} "
+            "behind in log evidence."
+        )
+    return said
 
 
 def _causes(causes: tuple[Cause, ...]) -> str:
