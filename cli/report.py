@@ -24,7 +24,7 @@ def command(
         Path | None, typer.Option(help="JSON of `tsvision diagnose` (one DIR only).")
     ] = None,
     video: Annotated[bool, typer.Option("--video", help="Also write overlay.mp4.")] = False,
-    sheet: Annotated[bool, typer.Option("--sheet", help="Also write sheet.png.")] = False,
+    sheet: Annotated[bool, typer.Option("--sheet", help="Also write sheet.jpg.")] = False,
     viewer: Annotated[
         bool, typer.Option("--viewer", help="Also open it in Rerun (extra `viewer`).")
     ] = False,

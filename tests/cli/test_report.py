@@ -22,7 +22,7 @@ def test_one_folder_finds_its_frames_beside_it(
     told = capsys.readouterr()
     assert told.out.split() == [
         str(made.measure_dir / "report.html"),
-        str(made.measure_dir / "sheet.png"),
+        str(made.measure_dir / "sheet.jpg"),
     ]
     assert told.err == ""
     assert "data:image/jpeg" in (made.measure_dir / "report.html").read_text("utf-8")

@@ -1,4 +1,4 @@
-"""A contact sheet: the recording at a glance, overlays side by side as one PNG."""
+"""A contact sheet: the recording at a glance, overlays side by side in one picture."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tsvision.report.measured import Measured, read_measured
 from tsvision.report.overlay import draw_overlay, with_caption
 from tsvision.report.pictures import fit_within
 
-SHEET_NAME = "sheet.png"
+SHEET_NAME = "sheet.jpg"
 _GAP_PX = 8
 
 
@@ -28,9 +28,10 @@ def write_sheet(
     most: int = 24,
     width_px: int = 2400,
 ) -> Path:
-    """Write evenly chosen frames, cut to the bundle's surroundings, as one PNG of `width_px`.
+    """Write evenly chosen frames, cut to the bundle's surroundings, as one picture of `width_px`.
 
-    `out` defaults to `sheet.png` in the measure folder. InputError when no frame is readable.
+    `out` defaults to `sheet.jpg` in the measure folder; .png is written as PNG. InputError when
+    no frame is readable.
     """
     measured = read_measured(Path(measure_dir))
     path = Path(out) if out else measured.folder / SHEET_NAME
@@ -41,7 +42,10 @@ def write_sheet(
             f"{recording.source}: no frame could be decoded; nothing to put on a sheet"
         )
     sheet = lay_out([t for t, _ in tiles], [r for _, r in tiles], width_px)
-    _, data = cv2.imencode(".png", sheet)
+    kind, quality = (
+        (".png", []) if path.suffix == ".png" else (".jpg", [cv2.IMWRITE_JPEG_QUALITY, 88])
+    )
+    _, data = cv2.imencode(kind, sheet, quality)
     write_bytes(path, data.tobytes())
     return path
 
