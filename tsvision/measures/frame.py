@@ -340,7 +340,7 @@ def _envelope_values(
     diameter = row.diameter_px if np.isfinite(row.diameter_px) else looks.diameter_px
     swing, coil_period = middle_swing(np.nan_to_num(upper), np.nan_to_num(lower), diameter)
     if np.isfinite(coil_period):
-        period = max(period, 1.2 * coil_period)
+        period = max(period, 2.2 * coil_period)
     if _two_fold(looks):
         row = replace(row, coil_amplitude_mm=float(np.fmax(row.coil_amplitude_mm, swing * scale)))
     envelope = envelope_px(np.nan_to_num(upper), np.nan_to_num(lower), known, period, diameter)
