@@ -189,13 +189,16 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     parser.add_argument("--group", default="", help="only this group")
     parser.add_argument("--verbose", action="store_true", help="list what went wrong")
+    parser.add_argument("--log", default="", help="append every case's result here as it comes")
     options = parser.parse_args()
     jobs = [j for j in cases(options.scale, options.first_seed) if options.group in ("", j[0])]
-    if options.workers > 1:
-        with ProcessPoolExecutor(options.workers) as pool:
-            results = list(pool.map(run, jobs, chunksize=4))
-    else:
-        results = [run(job) for job in jobs]
+    results = []
+    with ProcessPoolExecutor(options.workers) as pool:
+        for result in pool.map(run, jobs):
+            results.append(result)
+            if options.log:
+                with open(options.log, "a", encoding="utf-8") as file:
+                    print(repr(result), file=file)
     if options.verbose:
         for r in results:
             right = (

@@ -13,6 +13,7 @@ from tsvision.mechanisms import MECHANISMS, Shape, Simulation
 from tsvision.mechanisms.shelf import Part
 
 ALARM = 5.0  # log evidence that a cause must gain over the base
+LARGER = 5.0  # more, for each cause beyond the first, where no smaller set is over the alarm
 CLASS_WIDTH = 3.0  # sets this close to the best cannot be told from it
 FIRST_PARTNERS = 5  # mechanisms that are tried as the first of a pair
 PAIRS_REFINED = 12
