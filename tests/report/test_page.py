@@ -132,6 +132,18 @@ def test_phase_bands_meet_midway_and_cover_the_recording(fake: Fake) -> None:
     assert (bands[0][0], bands[-1][1]) == (x[0], x[-1])
 
 
+def test_unwinding_is_told_apart(tmp_path: Path) -> None:
+    turns = np.r_[np.linspace(0, 60, 7), np.linspace(50, 0, 6)]
+    made = write_fake(tmp_path, turns=turns, unreadable=3)
+    text = write_report(made.measure_dir).read_text("utf-8")
+    data = page_data(text)
+    assert data["unwinding"] == [False] * 7 + [True] * 6
+    assert data["bands"][0][0] == 0
+    assert data["bands"][-1][1] == 60
+    assert data["kymograph"]["x_label"] == "frame"
+    assert "unwinding" in text
+
+
 def test_words_for_each_kind_of_onset(fake: Fake) -> None:
     text = page_text(fake)
     assert "no irreversible knots up to 66 turns" in text

@@ -53,7 +53,7 @@ function nearest(place, x) {
 function measuredLayers(y, sd, colour) {
   return [
     { kind: "ribbon", x: X, y, sd, colour }, { kind: "line", x: X, y, colour, wide: 1 },
-    { kind: "points", x: X, y, colour, hollow: data.flagged },
+    { kind: "points", x: X, y, colour, hollow: data.flagged, squares: data.unwinding },
   ];
 }
 
@@ -69,7 +69,7 @@ function drawSeries() {
     [edge(S.angle, S.angle_sd, 1), edge(S.angle, S.angle_sd, -1)], one("angle"));
   against("plot-knots", "number of knots against turns", "knots in view (count)", [
     { kind: "line", x: X, y: S.knots, colour: "var(--knots)", wide: 1 },
-    { kind: "points", x: X, y: S.knots, colour: "var(--knots)", hollow: data.flagged },
+    { kind: "points", x: X, y: S.knots, colour: "var(--knots)", hollow: data.flagged, squares: data.unwinding },
   ], [S.knots, [0, 1.2]], one("knots"), 0, true);
   against("plot-phase", "coil amplitude and unevenness against turns", "share (1)", [
     { kind: "line", x: X, y: S.coil, colour: "var(--series)" }, { kind: "points", x: X, y: S.coil, colour: "var(--series)" },
@@ -102,7 +102,7 @@ function drawDisplacement() {
   const most = Math.max(0, ...models.map((m) => m.count)), whole = models.filter((m) => m.count === most);
   const best = whole.reduce((a, b) => (b.rmse < a.rmse ? b : a), whole[0]);
   if (best) best.on = true;
-  const points = { kind: "points", x: X, y: x, colour: "var(--series)", hollow: data.flagged };
+  const points = { kind: "points", x: X, y: x, colour: "var(--series)", hollow: data.flagged, squares: data.unwinding };
   const zero = { kind: "level", y: 0, label: "", colour: "var(--soft)", dash: "1 0" };
   const seen = () => models.filter((m) => m.on);
   const line = (m, y) => ({ kind: "line", x: X, y, colour: m.look[0], dash: m.look[1] });

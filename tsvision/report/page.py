@@ -21,7 +21,7 @@ from tsvision.report.confronted import confronted
 from tsvision.report.kymograph import colour_bar, kymograph
 from tsvision.report.measured import Measured, read_measured, rig_of
 from tsvision.report.pictures import data_uri
-from tsvision.report.series import abscissa, phase_bands, predictions, series
+from tsvision.report.series import abscissa, first_winding_bands, predictions, series
 from tsvision.report.wording import ONSET_NAMES, UNKNOWN, plain, with_sd
 
 PAGE_NAME = "report.html"
@@ -81,6 +81,7 @@ def write_report(
         rig=digest.rig_lines(rig_of(measured.summary)),
         verdict=_verdict_part(verdict),
         phases=palette.PHASES,
+        unwinds=bool(data["unwinding"].any()),
         thinned=len(data["x"]) < len(measured.frames),
         data_rows=len(data["x"]),
         has_kymograph=data["kymograph"] is not None,
@@ -147,7 +148,8 @@ def page_data(measured: Measured, chosen: list[int], pictures: dict[int, Frame])
         "series": columns,
         "flagged": [bool(f) and isinstance(f, str) for f in frames["flags"]],
         "phases": phases,
-        "bands": phase_bands(axis.x, phases) if axis.rises else [],
+        "bands": first_winding_bands(axis, phases),
+        "unwinding": axis.falling(),
         "phase_colours": palette.PHASES,
         "onsets": {ONSET_NAMES[n]: summary[n] for n in ONSET_NAMES if n in summary},
         "predicted": predictions(axis.x, diameter, rig) if known else {},

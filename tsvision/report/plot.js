@@ -161,14 +161,14 @@ class Plot {
     });
   }
 
-  layer_points({ x, y, colour, hollow, square }) {
+  layer_points({ x, y, colour, hollow, square, squares }) {
     if (x.length > 300) return this.dots(x, y, colour, hollow);
     const r = 3;
     x.forEach((v, i) => {
       if (!known(v) || !known(y[i])) return;
       const look = { fill: hollow && hollow[i] ? "var(--panel)" : colour, stroke: colour, "stroke-width": 1.5 };
       const cx = this.px(v), cy = this.py(y[i]);
-      if (square) svg("rect", { x: cx - r, y: cy - r, width: 2 * r, height: 2 * r, ...look }, this.inside);
+      if (square || (squares && squares[i])) svg("rect", { x: cx - r, y: cy - r, width: 2 * r, height: 2 * r, ...look }, this.inside);
       else svg("circle", { cx, cy, r, ...look }, this.inside);
     });
   }

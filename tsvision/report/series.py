@@ -21,6 +21,13 @@ class Abscissa:
     label: str
     rises: bool
 
+    def falling(self) -> np.ndarray:
+        """(K,) True where the motor turns back: x is less than at the known frame before."""
+        known = np.flatnonzero(np.isfinite(self.x))
+        falls = np.zeros(len(self.x), bool)
+        falls[known[1:]] = np.diff(self.x[known]) < 0
+        return falls
+
 
 def abscissa(frames: pd.DataFrame) -> Abscissa:
     """Motor turns where any are known, else the frame's number."""
@@ -61,6 +68,13 @@ def series(
 
 def _numeric(frames: pd.DataFrame, name: str) -> bool:
     return bool(pd.api.types.is_numeric_dtype(frames[name]))
+
+
+def first_winding_bands(axis: Abscissa, phases: list[str]) -> list[tuple[float, float, str]]:
+    """Phases along the first winding: unwinding passes the same turns in other phases."""
+    falls = np.flatnonzero(axis.falling())
+    end = int(falls[0]) if len(falls) else len(phases)
+    return phase_bands(axis.x[:end], phases[:end])
 
 
 def phase_bands(x: np.ndarray, phases: list[str]) -> list[tuple[float, float, str]]:
