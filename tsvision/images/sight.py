@@ -16,7 +16,7 @@ from tsvision.images.axis import Ridge, find_ridges
 from tsvision.images.linear import LUMA_BGR, best_weights, project, to_linear
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 
-SEVERAL_HUES = 0.6  # spread of log channel ratios from which strands are of several colours
+SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are of several colours
 SEARCH_PX = 640  # long side of the pictures in which candidate axes are weighed
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
 
@@ -334,10 +334,9 @@ def _many_coloured(inner: np.ndarray, outer: np.ndarray) -> bool:
     strings = inner[(far > 3.0) & (inner.sum(axis=1) > 0.06)]
     if len(strings) < 0.2 * len(inner):
         return False
-    log = np.log(strings + 0.01)
-    hue = np.stack([log[:, 0] - log[:, 1], log[:, 2] - log[:, 1]], axis=1)
-    low, high = np.percentile(hue, [15.0, 85.0], axis=0)
-    return bool(np.hypot(*(high - low)) > SEVERAL_HUES)
+    hue = strings / np.linalg.norm(strings, axis=1, keepdims=True)
+    low, high = np.percentile(hue, [25.0, 75.0], axis=0)
+    return bool(np.linalg.norm(high - low) > SEVERAL_HUES)
 
 
 def _near_median(samples: np.ndarray) -> np.ndarray:
