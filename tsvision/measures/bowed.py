@@ -25,6 +25,7 @@ from tsvision.records import Frame, FrameResult, FrameRow, KnotSighting, Profile
 NAN = float("nan")
 FUZZY = 0.1  # share of columns with hairs from which the frame is flagged
 AGREE = 0.12  # relative difference of D and strand repeat between helix and rope
+GUESSED_RMS = 0.015  # of D: how well an outline must follow a section that nobody told
 END_DIAMETERS = 1.5  # knots are not sought so near to a cord's ends
 SURE = 0.3  # confidence of the stripes below which they tell nothing
 
@@ -55,7 +56,7 @@ def learn_bowed(
     sight = looks.sight if looks is not None else find_sight(pictures, rig.view.roi_px)
     if sight is None:
         return None, looks
-    few = [pictures[i] for i in sorted({0, len(pictures) // 2, len(pictures) - 1})]
+    few = [pictures[i] for i in sorted({len(pictures) * k // 4 for k in (1, 2, 3)})]
     count, by_length = rig.strings.count, needs_curve(rig)
     taut = count is not None and not by_length
     if taut and looks is not None and _held(looks, len(pictures)):
@@ -106,7 +107,7 @@ def measure_bowed(frame: Frame, bowed: Bowed, turns: float, warm: Warm) -> tuple
         return FrameResult(replace(row, flags=flags_to_text(Flag.NO_BUNDLE))), warm
     if bowed.looks is not None:
         result, warm = measure_frame(frame, bowed.looks, turns, warm)
-        if _agrees(result.row, rope):
+        if _agrees(result.row, rope, bowed.count is not None):
             flags = flags_from_text(result.row.flags) | _curved(bowed)
             return replace(result, row=replace(result.row, flags=flags_to_text(flags))), warm
     return _rope_result(frame, bowed, turns, rope), warm
@@ -116,8 +117,11 @@ def _curved(bowed: Bowed) -> Flag:
     return Flag.CURVED_AXIS if bowed.curve.bowed else Flag(0)
 
 
-def _agrees(row: FrameRow, rope: Rope) -> bool:
-    """Whether the helix found what the rope shows without any model of its section."""
+def _agrees(row: FrameRow, rope: Rope, count_known: bool) -> bool:
+    """Whether the helix found what the rope shows without any model of its section; where N is a
+    guess, the outline must also follow that section closely."""
+    if not count_known and not row.fit_rms_px < GUESSED_RMS * row.diameter_px:
+        return False
     if Flag.ENVELOPE_ONLY in flags_from_text(row.flags) or not np.isfinite(row.strand_repeat_px):
         return False
     if abs(row.diameter_px / rope.diameter_px - 1.0) > AGREE:

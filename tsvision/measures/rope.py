@@ -3,7 +3,7 @@
 Where the section is not known no helix can be fitted; what any rope shows is measured instead. An
 edge is where the brightness falls most steeply: shading of round strands does not move that place,
 and fuzz beside the core, which is thin and dim, falls less steeply and is weighted down. D is the
-envelope over stretches of two diameters, from the 90th percentile of each side's distance to the
+envelope over stretches of two diameters, from the 94th percentile of each side's distance to the
 centre line: lobes count, a single hair does not.
 """
 
@@ -19,11 +19,13 @@ from tsvision.images.curve import KNOT_WIDTHS, Curve, cord_contrast, core_mask, 
 from tsvision.images.linear import LUMA_BGR, project, to_linear
 from tsvision.images.sight import Sight
 from tsvision.images.strip import cut_strip
+from tsvision.measures.edges import fit_shading, sample_profiles
 from tsvision.measures.stripes import Stripes, find_stripes
 
-PERCENTILE = 90.0
+PERCENTILE = 94.0
 WINDOW_DIAMETERS = 2.0
-TUFT = 0.3  # of the width
+TUFT = 0.2  # of the width
+LIMB = 0.04  # of the width
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,8 @@ def measure_rope(
     good = weight > 0.3
     if good.sum() < 2.0 * width:
         return None
+    moves = _limb(contrast, half, upper, lower, weight, width)
+    upper, lower = upper + moves[0], lower - moves[1]
     s = strip.s_px
     middle = smooth(s[good], 0.5 * (upper + lower)[good], weight[good], KNOT_WIDTHS * width)
     centre = middle(np.clip(s, s[good][0], s[good][-1]))
@@ -70,11 +74,13 @@ def measure_rope(
     sides = [_without_tufts(d, good, size) for d in (upper - centre, centre - lower)]
     envelope = _envelope(sides[0], sides[1], good, window, PERCENTILE)
     diameter = float(np.nanmedian(envelope))
-    sd = _diameter_sd(sides[0], sides[1], good, window, envelope, diameter)
+    sd = _diameter_sd(sides[0], sides[1], good, window, envelope, diameter, coloured)
     inside = np.flatnonzero(good)
     part = slice(inside[0], inside[-1] + 1)
+    beside = _beside(half, upper, lower, 0.04 * diameter)
+    channels = _channels(strip.values, half, diameter)
     stripes = find_stripes(
-        [c[:, part] for c in _channels(strip.values, contrast, half, diameter)],
+        [np.where(beside, np.nan, c)[:, part] for c in channels],
         centre[part] + half,
         0.5 * diameter,
         count,
@@ -129,6 +135,33 @@ def _edge(
     return edge, weight
 
 
+def _limb(
+    contrast: np.ndarray,
+    half: int,
+    upper: np.ndarray,
+    lower: np.ndarray,
+    weight: np.ndarray,
+    width: float,
+) -> tuple[float, float]:
+    """How far (px) the true edges lie outside the steepest falls: round strands darken towards
+    their limbs, so that the fall begins inside. The shading model is fitted to the median profile
+    of the clearest edges; no more than LIMB of the width is believed of it."""
+    clear = weight > 0.6
+    if clear.sum() < 20:
+        return 0.0, 0.0
+    offsets = np.arange(-max(0.06 * width, 4.0), 0.2 * width, 0.25)
+    sides = []
+    for edge, outward in ((upper, 1), (lower, -1)):
+        sampled = sample_profiles(contrast[:, clear], edge[clear] + half, outward, offsets)
+        sampled = sampled[~np.isnan(sampled).any(axis=1)]
+        if len(sampled) < 20:
+            return 0.0, 0.0
+        sides.append(np.median(sampled, axis=0))
+    *_, place = fit_shading((sides[0], sides[1]), offsets, 0.24 * width)
+    out = np.clip(-place, 0.0, LIMB * width)
+    return float(out[0]), float(out[1])
+
+
 def _proper(upper: np.ndarray, lower: np.ndarray, weight: np.ndarray, width: float) -> np.ndarray:
     """Columns of about the typical width, so that parted ends and hardware stay out."""
     size = upper - lower
@@ -140,7 +173,7 @@ def _proper(upper: np.ndarray, lower: np.ndarray, weight: np.ndarray, width: flo
 
 
 def _without_tufts(distance: np.ndarray, good: np.ndarray, width: float) -> np.ndarray:
-    """Distance of an edge from the centre line (M,) with what stands out over less than a third of
+    """Distance of an edge from the centre line (M,) with what stands out over less than a fifth of
     the width, a tuft of hairs, cut off; a strand's lobe is longer than that."""
     at = np.flatnonzero(good)
     filled = np.interp(np.arange(distance.size), at, distance[at])
@@ -179,18 +212,25 @@ def _diameter_sd(
     window: int,
     envelope: np.ndarray,
     diameter: float,
+    coloured: bool,
 ) -> float:
-    """Standard uncertainty of D: what the choice of percentile moves (fuzz and lobes), a third of
-    a px an edge, and the rope's own unevenness over the number of independent stretches."""
-    low, high = (float(np.nanmedian(_envelope(up, down, good, window, p))) for p in (80.0, 96.0))
+    """Standard uncertainty of D: what the choice of percentile moves (fuzz and lobes), the edge
+    model (a third of a px and a hundredth of D a side; three for edges in colour, which pictures
+    store at half resolution), and the rope's own unevenness over the independent stretches."""
+    low, high = (float(np.nanmedian(_envelope(up, down, good, window, p))) for p in (85.0, 98.0))
     spread = 1.4826 * float(np.nanmedian(np.abs(envelope - diameter)))
     stretches = max(np.isfinite(envelope).sum() / window, 1.0)
-    return float(np.sqrt((0.5 * (high - low)) ** 2 + 2.0 * 0.33**2 + spread**2 / stretches))
+    edge = 0.33**2 + ((0.03 if coloured else 0.01) * diameter) ** 2
+    return float(np.sqrt((0.5 * (high - low)) ** 2 + 2.0 * edge + spread**2 / stretches))
 
 
-def _channels(
-    values: np.ndarray, contrast: np.ndarray, half: int, diameter: float
-) -> list[np.ndarray]:
+def _beside(half: int, upper: np.ndarray, lower: np.ndarray, margin: float) -> np.ndarray:
+    """What is not surely the rope, (R, M) bool."""
+    n = np.arange(-half, half + 1)[:, None]
+    return (n > upper[None, :] - margin) | (n < lower[None, :] + margin)
+
+
+def _channels(values: np.ndarray, half: int, diameter: float) -> list[np.ndarray]:
     """Pictures in which stripes may show: log luma, and for colour pictures the direction of
     colour in which the rope itself varies most (two-coloured plies)."""
     grey = project(values, LUMA_BGR)

@@ -23,7 +23,7 @@ MOST_AROUND = 8.0
 SLOPES = (0.15, 2.5)  # tan of the angle between stripes and axis at the surface
 
 
-TWO_COLOURED = 2.4  # waves seen around, below which one wave spans two strands
+TWO_COLOURED = 2.8  # waves seen around, below which one wave spans two strands
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,17 @@ def unroll(
 
 
 def flatten(unrolled: np.ndarray, radius_px: float) -> np.ndarray:
-    """Take off what changes slowly along the rope (light, shading across), (A, M) both."""
-    flat = unrolled - gaussian_filter1d(unrolled, 3.0 * radius_px, axis=1, mode="nearest")
-    spread = 1.4826 * np.median(np.abs(flat - np.median(flat))) + 1e-9
-    return np.clip(flat / spread, -4.0, 4.0)
+    """Take off what changes slowly along the rope (light, shading across), (A, M) both; NaN, where
+    the ground shows between strands, becomes 0."""
+    known = np.isfinite(unrolled)
+    if not known.any():
+        return np.zeros_like(unrolled)
+    part = gaussian_filter1d(known.astype(float), 3.0 * radius_px, axis=1, mode="nearest")
+    seen = np.where(known, unrolled, 0.0)
+    slow = gaussian_filter1d(seen, 3.0 * radius_px, axis=1, mode="nearest")
+    flat = seen - slow / np.maximum(part, 1e-6)
+    spread = 1.4826 * np.median(np.abs(flat[known] - np.median(flat[known]))) + 1e-9
+    return np.where(known, np.clip(flat / spread, -4.0, 4.0), 0.0)
 
 
 @dataclass(frozen=True)
@@ -144,7 +151,7 @@ def _strands_a_wave(seen_around: float, count: int) -> int:
     outer = pair_core(min(count, 8))
     crowding = outer.diameter_d / (2.0 * max(float(outer.radius_d.max()), 0.25))
     options = [m for m in range(1, count + 1) if count % m == 0]
-    return count // min(options, key=lambda m: abs(np.log(seen_around / (m * crowding**0.7))))
+    return count // min(options, key=lambda m: abs(np.log(seen_around / (m * crowding))))
 
 
 def find_stripes(
@@ -152,8 +159,8 @@ def find_stripes(
 ) -> Stripes | None:
     """Stripes of the channel that shows them best; None where no channel shows any.
 
-    channels: pictures (R, M) of the straightened rope, any unit; middle_row (M,) its middle;
-    radius_px half its diameter; count: number of strands, when known.
+    channels: pictures (R, M) of the straightened rope, any unit, NaN beside it; middle_row (M,)
+    its middle; radius_px half its diameter; count: number of strands, when known.
 
     Strands are round: their ridges lie at the centres' radius a, inside the outer radius R, and a
     wave that stands around m times shows as one of m R / a. So strands alike in colour show at
