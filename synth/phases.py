@@ -55,7 +55,7 @@ def find_knots(s_mm: np.ndarray, envelope_mm: np.ndarray, diameter_mm: float) ->
 
 
 def phase_of(envelope: Envelope, coil_amplitude_mm: float, diameter_mm: float) -> str:
-    """twist | overtwist | local overtwist | knotted."""
+    """twist | overtwist | local overtwist | knotted; the hole decides on irreversible."""
     if envelope.knots:
         return "knotted"
     if coil_amplitude_mm < COIL_SHARE * diameter_mm:

@@ -33,7 +33,7 @@ from synth.validate import check
 from tsvision.errors import InputError
 
 Progress = Callable[[int, int], None]
-_ORDER = ("twist", "overtwist", "local overtwist", "knotted")
+_ORDER = ("twist", "overtwist", "local overtwist", "knotted", "irreversible")
 
 
 def write_recording(

@@ -204,6 +204,8 @@ def _row(
     phase = "twist" if envelope is None else phase_of(envelope, amplitude, outer)
     hole = 2.0 * make_hardware(settings).hole_radius_mm
     stuck = envelope is not None and any(k.max_diameter_mm > hole for k in envelope.knots)
+    if stuck:
+        phase = "irreversible"
     return {
         "frame": index,
         "turns": state.motor_turns,

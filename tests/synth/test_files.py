@@ -221,7 +221,10 @@ def test_nothing_half_written_is_left_behind(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"actuator.hole_distance_mm": 0.56}, ["hole_diameter_mm", "overlap"]),
+        (
+            {"actuator.hole_distance_mm": 0.56, "actuator.hole_diameter_mm": 0.6},
+            ["hole_diameter_mm", "overlap"],
+        ),
         ({"strings.diameter_mm": 2.4}, ["hole_distance_mm", "more than"]),
         ({"camera.k1": -0.29}, ["camera.k1", "above 0.1"]),
         ({"actuator.hole_diameter_mm": 0.1}, ["hole_diameter_mm", "at least"]),

@@ -72,10 +72,21 @@ def test_two_strings_pass_the_papers_phases_in_the_papers_order() -> None:
     assert phases[30.0] == "overtwist"
     assert phases[50.0] == "local overtwist"
     assert phases[65.0] == "knotted"
+    assert phases[70.0] == "irreversible"
     found = onsets(settings, table)
     assert found["overtwist_onset"]["exact_turns"] == pytest.approx(20.5, abs=0.5)
     assert found["knot_onset"]["turns"] == 65.0
     assert found["knot_onset"]["exact_turns"] == pytest.approx(60.3, abs=0.3)
+
+
+def test_a_knot_too_thick_for_the_hole_is_irreversible() -> None:
+    """The same scene with a wide and a narrow hole: only the verdict changes."""
+    for hole, phase in ((2.0, "knotted"), (0.6, "irreversible")):
+        settings = make_settings((0.0, 64.0), changes={"actuator.hole_diameter_mm": hole})
+        row = rows(settings).iloc[-1]
+        assert row["phase"] == phase
+        assert row["irreversible"] == (phase == "irreversible")
+        assert 0.6 < row["max_envelope_mm"] < 2.0
 
 
 def test_without_knots_none_is_true() -> None:
