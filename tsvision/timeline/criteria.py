@@ -53,8 +53,8 @@ class Rates:
     unwind_rise_per_turn: float = 0.001
     unwind_fall_per_turn: float = 0.03
     hide: float = 0.03
-    hidden_at_start: float = 0.10
+    hidden_at_start: float = 0.06
     hidden_turns: float = 0.7
-    reveal_most: float = 0.6
+    reveal_most: float = 0.7
     step_floor_turns: float = 0.02
     independent_turns: float = 0.2
