@@ -27,6 +27,7 @@ FUZZY = 0.1  # share of columns with hairs from which the frame is flagged
 AGREE = 0.12  # relative difference of D and strand repeat between helix and rope
 GUESSED_RMS = 0.015  # of D: how well an outline must follow a section that nobody told
 END_DIAMETERS = 1.5  # knots are not sought so near to a cord's ends
+BANDED = 0.4  # slope of coarse bands from which they tell the bundle's sense
 SURE = 0.3  # confidence of the stripes below which they tell nothing
 
 
@@ -66,12 +67,14 @@ def learn_bowed(
         return None, looks
     if by_length:
         scale = scale_along(rig, curve.end_px - curve.start_px, curve.width_px)
+    # A straight search may follow the shadow beside coloured strings, never a bundle with legs.
+    astray = curve.ground is not None and not (curve.alike or curve.legs)
     if not curve.bowed and looks is not None:
         if by_length:
             looks = learn_looks(pictures, rig, scale)
-        if curve.alike and (curve.legs or count is not None):
+        if curve.legs or (count is not None and not astray):
             return None, looks
-    if curve.bowed or not curve.alike:
+    if curve.bowed or astray:
         sight = _along(sight, curve)
         # A section that nobody told is not guessed at along a curve.
         looks = learn_looks(pictures, rig, scale, sight) if count is not None else None
@@ -196,6 +199,11 @@ def _stripes(row: FrameRow, bowed: Bowed, rope: Rope) -> FrameRow:
     stripes = rope.stripes
     if stripes is None or stripes.confidence < SURE:
         return row
+    if abs(rope.coarse) > BANDED and rope.coarse * stripes.slope < 0.0:
+        # The stripes are those of plied strands; of the bundle only the sense is seen.
+        sense = "Z" if rope.coarse > 0 else "S"
+        confidence = 0.5 + 0.5 * abs(rope.coarse)
+        return replace(row, handedness=sense, handedness_confidence=confidence)
     row = replace(
         row,
         strand_repeat_px=stripes.repeat_px,

@@ -20,7 +20,7 @@ from tsvision.images.linear import LUMA_BGR, project, to_linear
 from tsvision.images.sight import Sight
 from tsvision.images.strip import cut_strip
 from tsvision.measures.edges import fit_shading, sample_profiles
-from tsvision.measures.stripes import Stripes, find_stripes
+from tsvision.measures.stripes import Stripes, coarse_slope, find_stripes
 
 PERCENTILE = 94.0
 WINDOW_DIAMETERS = 2.0
@@ -30,9 +30,13 @@ LIMB = 0.04  # of the width
 
 @dataclass(frozen=True)
 class Rope:
-    """What one picture shows of a rope. s_px (M,); upper_px, lower_px (M,) n of its edges and
-    their weights 0..1; envelope_px (M,) local outer diameter; fuzzy: share of edge columns with
-    hairs; clear: how many columns' edges on both sides could be used."""
+    """What one picture shows of a rope.
+
+    s_px (M,); upper_px, lower_px (M,) n of its edges and their common weight 0..1; envelope_px
+    (M,) local outer diameter; coarse: slope of the coarse bands of coloured strands, NaN without
+    colour; fuzzy: share of columns with hairs; whole: s of the first and last column whose edges
+    could be used.
+    """
 
     s_px: np.ndarray
     upper_px: np.ndarray
@@ -42,6 +46,7 @@ class Rope:
     diameter_px: float
     diameter_px_sd: float
     stripes: Stripes | None
+    coarse: float
     fuzzy: float
     whole: tuple[float, float]
 
@@ -79,12 +84,10 @@ def measure_rope(
     part = slice(inside[0], inside[-1] + 1)
     beside = _beside(half, upper, lower, 0.04 * diameter)
     channels = _channels(strip.values, half, diameter)
-    stripes = find_stripes(
-        [np.where(beside, np.nan, c)[:, part] for c in channels],
-        centre[part] + half,
-        0.5 * diameter,
-        count,
-    )
+    shown = [np.where(beside, np.nan, c)[:, part] for c in channels]
+    row = centre[part] + half
+    stripes = find_stripes(shown, row, 0.5 * diameter, count)
+    coarse = coarse_slope(shown[-1], row, 0.5 * diameter) if coloured else float("nan")
     hairs = _fuzz(contrast, half, upper, lower)
     return Rope(
         s,
@@ -95,6 +98,7 @@ def measure_rope(
         diameter,
         sd,
         stripes,
+        coarse,
         hairs,
         (float(s[inside[0]]), float(s[inside[-1]])),
     )

@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
 from tsvision.measures.section import pair_core
 
@@ -23,6 +23,7 @@ MOST_AROUND = 8.0
 SLOPES = (0.15, 2.5)  # tan of the angle between stripes and axis at the surface
 
 
+COARSE = 0.5  # of the diameter: smoothing that leaves the bundle's own strands only
 TWO_COLOURED = 2.8  # waves seen around, below which one wave spans two strands
 
 
@@ -152,6 +153,26 @@ def _strands_a_wave(seen_around: float, count: int) -> int:
     crowding = outer.diameter_d / (2.0 * max(float(outer.radius_d.max()), 0.25))
     options = [m for m in range(1, count + 1) if count % m == 0]
     return count // min(options, key=lambda m: abs(np.log(seen_around / (m * crowding))))
+
+
+def coarse_slope(channel: np.ndarray, middle_row: np.ndarray, radius_px: float) -> float:
+    """Slope, -1..1, of what is left when everything finer than the bundle's own strands is smoothed
+    away; > 0 for Z. Strands may be plied themselves, the other way round as a rule: the fine
+    stripes are then theirs, and the coarse bands are the bundle's.
+    """
+    unrolled, theta = unroll(channel, middle_row, radius_px)
+    flat = flatten(unrolled, 3.0 * radius_px)
+    step = radius_px * float(theta[1] - theta[0])
+    sigma = (COARSE * 2.0 * radius_px / step, COARSE * 2.0 * radius_px)
+    part = gaussian_filter((flat != 0.0).astype(float), sigma, mode="constant")
+    coarse = gaussian_filter(flat, sigma, mode="constant") / np.maximum(part, 1e-3)
+    across, along = np.gradient(coarse, step, 1.0)
+    use = part > 0.5
+    if not use.any():
+        return 0.0
+    across = across - across[use].mean()
+    total = float((along[use] ** 2 + across[use] ** 2).sum())
+    return -2.0 * float((along * across)[use].sum()) / total if total > 0.0 else 0.0
 
 
 def find_stripes(
