@@ -62,11 +62,11 @@ def solve_state(
     if amount <= leg_turns:
         line = centre_line(real.zone_mm, real.zone_mm, None, 1.0, GRID_MM)
         laid = Laid(np.nan, real.zone_mm, 0.0, loose, line, amount)
-        return _state(settings, real, turns, wound, sign, laid, (), "geometry")
+        return _state(settings, real, turns, wound, peak, sign, laid, (), "geometry")
     locked = locked_pitch_mm(settings, real)
     knots = knot_states(settings, real, amount, peak)
     laid = lay(settings, real, knots, amount, locked)
-    state = _state(settings, real, turns, wound, sign, laid, knots, "geometry")
+    state = _state(settings, real, turns, wound, peak, sign, laid, knots, "geometry")
     if settings.law.follow == "law":
         return _obeying(settings, state, laid) or state
     return state
@@ -84,8 +84,8 @@ def _obeying(settings: Settings, state: State, free: Laid) -> State | None:
         if laid is None:
             return None
         found = _state(
-            settings, state.real, state.motor_turns, state.wound_turns, state.sign, laid,
-            state.knots, "law",
+            settings, state.real, state.motor_turns, state.wound_turns, state.peak_turns,
+            state.sign, laid, state.knots, "law",
         )  # fmt: skip
         lengths = [arc_length_mm(path) for path in strand_paths(settings, found)]
         lack = wanted + found.zone_mm - float(np.mean(lengths))
@@ -100,6 +100,7 @@ def _state(
     real: Effective,
     turns: float,
     wound: float,
+    peak: float,
     sign: float,
     laid: Laid,
     knots: tuple[KnotState, ...],
@@ -111,6 +112,7 @@ def _state(
     return State(
         motor_turns=turns,
         wound_turns=wound,
+        peak_turns=peak,
         lost_turns=abs(turns) - abs(wound),
         sign=sign,
         has_bundle=has_bundle,

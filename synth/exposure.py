@@ -19,9 +19,7 @@ def _moved(settings: Settings, state: State, by_turns: float) -> State:
     """The state a moment earlier or later, at the same history."""
     turns = state.motor_turns + by_turns
     wound = state.wound_turns + by_turns
-    peak = max((abs(t) for t in settings.turns), default=0.0)
-    peak = max(min(peak, abs(state.motor_turns)), abs(turns))
-    return solve_state(settings, turns, wound, peak)
+    return solve_state(settings, turns, wound, max(state.peak_turns, abs(turns)))
 
 
 def take(

@@ -15,12 +15,15 @@ from synth.knots import KnotState
 class State:
     """The actuator at one motor turn count; lengths mm, angles rad, `sign` +1 winds Z.
 
+    `peak_turns` is the largest |motor turns| so far.
+
     `sites_mm` (N, 2) strand centres at the bundle's start; `has_bundle` is False while the
     strands do not touch yet (up to about a quarter turn); `followed` is geometry or law.
     """
 
     motor_turns: float
     wound_turns: float
+    peak_turns: float
     lost_turns: float
     sign: float
     has_bundle: bool

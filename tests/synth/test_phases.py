@@ -9,6 +9,7 @@ import pytest
 from synth.actuator import state_at
 from synth.build import make_settings, parse_turns
 from synth.camera import place
+from synth.exposure import _moved
 from synth.phases import find_knots, onset, phase_of
 from synth.recording import onsets
 from synth.settings import Settings
@@ -130,3 +131,23 @@ def test_knots_stay_when_unwinding_and_remember_the_peak() -> None:
     assert envelope is not None
     assert envelope.knots
     assert kept.leg_turns + kept.line.turns == pytest.approx(50.0, abs=1e-4)
+
+
+def test_neighbours_merge_when_they_meet() -> None:
+    """Many knots in one zone run together: fewer intervals stand out than knots were laid."""
+    settings = make_settings(
+        (0.0, 95.0), changes={"law.knot_count": 7, "law.knot_interval_turns": 2.0}
+    )
+    state = state_at(settings, 1)
+    envelope = envelope_of(settings, state)
+    assert envelope is not None
+    assert len(state.knots) == 7
+    assert 1 <= len(envelope.knots) < 7
+    assert state.leg_turns + state.line.turns == pytest.approx(95.0, abs=1e-4)
+
+
+def test_a_blurred_frame_on_the_way_back_keeps_its_knots() -> None:
+    """The moments of one exposure share the frame's past."""
+    settings = make_settings(parse_turns("0:66:66,40"), changes={"camera.turning_blur_turns": 0.1})
+    state = state_at(settings, 2)
+    assert len(state.knots) == len(_moved(settings, state, 0.05).knots) == 2
