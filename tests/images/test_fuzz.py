@@ -25,7 +25,7 @@ from tsvision.rig import KEYS, load_rig
 from tsvision.run import Request
 
 QUICK = settings(
-    max_examples=150,
+    max_examples=70,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
@@ -114,7 +114,7 @@ def video() -> bytes:
     return held.getvalue()
 
 
-@settings(QUICK, max_examples=60)
+@settings(QUICK, max_examples=30)
 @given(changes=damage, cut=st.floats(0, 1))
 def test_damaged_videos(tmp_path: Path, video: bytes, changes, cut: float) -> None:
     path = tmp_path / "f.mkv"
