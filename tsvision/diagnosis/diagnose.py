@@ -218,8 +218,9 @@ def _proposal(
         if twin is not None and twin.log_evidence > rivals[0].log_evidence - TWIN_SLACK:
             rivals.append(twin)
     if len(rivals) == 1:
-        same = [c for c in selection.candidates if len(c.names) == len(rivals[0].names)]
-        rivals += [c.best for c in same if c.names != rivals[0].names][:1]
+        own = sorted(rivals[0].names)
+        same = [c for c in selection.candidates if len(c.names) == len(own)]
+        rivals += [c.best for c in same if sorted(c.names) != own][:1]
     exact = any({"radius_bias", "angle_scale"} & set(n) for n in sets) and len(sets) > 1
     alone = problem.table.observables == ("displacement_mm",)
     skip = frozenset({"displacement_mm"}) if exact and alone else frozenset()

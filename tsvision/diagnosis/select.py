@@ -17,6 +17,8 @@ LARGER = 5.0  # more, for each cause beyond the first, where no smaller set is o
 CLASS_WIDTH = 3.0  # sets this close to the best cannot be told from it
 FIRST_PARTNERS = 5  # mechanisms that are tried as the first of a pair
 PAIRS_REFINED = 12
+PAIRS_EXTENDED = 3  # to triples
+TRIPLES_REFINED = 6
 DEEPENED = 4
 HOPELESS = 20.0  # log evidence behind the best, beyond half the best's gain
 SECOND_SHARE = 0.04  # a further cause must gain this share of what the first gained
@@ -86,8 +88,9 @@ def select(problem: Problem, hints: Selection | None = None) -> Selection:
     if worth and _may_be_more(singles, base):
         candidates += _extended(problem, worth[:FIRST_PARTNERS], hints)
     chosen = _choose(base, candidates)
-    if chosen is not None and len(chosen.names) == 2 and hints is None:
-        candidates += _extended(problem, [chosen], None)
+    if chosen is not None and len(chosen.names) == 2:
+        pairs = sorted((c for c in candidates if len(c.names) == 2), key=lambda c: -c.log_evidence)
+        candidates += _extended(problem, pairs[:PAIRS_EXTENDED], hints, TRIPLES_REFINED)
         chosen = _choose(base, candidates)
     ranked = tuple(sorted(candidates, key=lambda c: -c.log_evidence))
     return Selection(base, ranked, chosen)
@@ -178,7 +181,10 @@ def _choose(base: Fit, candidates: list[Candidate]) -> Candidate | None:
 
 
 def _extended(
-    problem: Problem, firsts: list[Candidate], hints: Selection | None
+    problem: Problem,
+    firsts: list[Candidate],
+    hints: Selection | None,
+    most: int = PAIRS_REFINED,
 ) -> list[Candidate]:
     """Each of `firsts` with one more mechanism: screened by one linear step, the best refined."""
     if hints is not None:
@@ -192,7 +198,7 @@ def _extended(
     fits: dict[tuple[str, ...], list[Fit]] = {}
     for _, start_fit, part, start in screened:
         names = _sorted_names((*start_fit.names, part.mechanism))
-        if names not in fits and len(fits) < PAIRS_REFINED:
+        if names not in fits and len(fits) < most:
             fits[names] = [_refine(problem, start_fit, part, start)]
     _deepen(problem, fits, screened)
     return [_pool(problem, names, found) for names, found in fits.items()]
@@ -205,7 +211,7 @@ def _deepen(
 ) -> None:
     """The best few sets again: from fresh starts, and with the next shape of the screening."""
     ranked = sorted(fits, key=lambda names: -weighed(fits[names][0]))
-    for names in ranked[:DEEPENED]:
+    for names in ranked[: min(DEEPENED, len(fits) // 3)]:
         first = fits[names][0]
         fits[names].append(fit(problem, first.simulation))
         tried = {part.shape.name for part in first.simulation.parts}

@@ -33,6 +33,7 @@ def start_state(
         displacement_mm=ZERO,
         camera=camera,
         torque_extra_Nmm=ZERO,
+        coiled_rad=ZERO,
     )
 
 

@@ -12,7 +12,7 @@ from tsvision.units import RAD_PER_TURN
 _ONSET = Parameter(
     "onset_turns",
     "turns",
-    "turns at which coiling sets in (at the lowest load)",
+    "turns of the bundle at which coiling sets in (at the lowest load)",
     low=0.05,
     high=0.97,
     of="span_turns",
@@ -74,29 +74,23 @@ def _by_load(state: State, p: Values) -> np.ndarray:
     return p["onset_turns"] * ratio ** p["onset_load_exponent"]
 
 
-def _excess_turns(state: State, p: Values, onset: Onset) -> np.ndarray:
-    past = state.at.turns - onset(state, p)
-    if "width_turns" in p:
-        return np.minimum(softplus(past, p["width_turns"]), state.at.turns)
-    return np.maximum(past, 0.0)
-
-
 def _freeze(onset: Onset) -> Effect:
     """The strands' own helix stays as it was at the onset; the rest of the turns go to coils."""
 
     def effect(state: State, p: Values) -> dict[str, np.ndarray]:
-        taken = RAD_PER_TURN * _excess_turns(state, p, onset)
-        return {"alpha_rad": np.maximum(state.alpha_rad - taken, 0.0)}
+        past = state.alpha_rad - RAD_PER_TURN * onset(state, p)
+        if "width_turns" in p:
+            taken = np.minimum(softplus(past, RAD_PER_TURN * p["width_turns"]), state.alpha_rad)
+        else:
+            taken = np.maximum(past, 0.0)
+        return {"alpha_rad": state.alpha_rad - taken, "coiled_rad": taken}
 
     return effect
 
 
-def _draw(onset: Onset) -> Effect:
-    def effect(state: State, p: Values) -> dict[str, np.ndarray]:
-        drawn = p["length_per_turn_mm"] * _excess_turns(state, p, onset)
-        return {"displacement_mm": state.displacement_mm + drawn}
-
-    return effect
+def _draw(state: State, p: Values) -> dict[str, np.ndarray]:
+    drawn = p["length_per_turn_mm"] * state.coiled_rad / RAD_PER_TURN
+    return {"displacement_mm": state.displacement_mm + drawn}
 
 
 def _slope_mm_per_turn(state: State) -> np.ndarray:
@@ -106,12 +100,12 @@ def _slope_mm_per_turn(state: State) -> np.ndarray:
 
 
 def _locked(state: State, p: Values) -> dict[str, np.ndarray]:
-    drawn = _slope_mm_per_turn(state) * _excess_turns(state, p, _common)
+    drawn = _slope_mm_per_turn(state) * state.coiled_rad / RAD_PER_TURN
     return {"displacement_mm": state.displacement_mm + drawn}
 
 
 def _draw_share(state: State, p: Values) -> dict[str, np.ndarray]:
-    drawn = p["slope_ratio"] * _slope_mm_per_turn(state) * _excess_turns(state, p, _by_load)
+    drawn = p["slope_ratio"] * _slope_mm_per_turn(state) * state.coiled_rad / RAD_PER_TURN
     return {"displacement_mm": state.displacement_mm + drawn}
 
 
@@ -126,7 +120,7 @@ MECHANISM = Mechanism(
             "common_onset",
             "x = x(n₀) + c (turns − n₀) past n₀",
             (_ONSET, _LENGTH),
-            {"bundle": _freeze(_common), "draw": _draw(_common)},
+            {"bundle": _freeze(_common), "draw": _draw},
         ),
         Shape(
             "locked_slope",
@@ -138,7 +132,7 @@ MECHANISM = Mechanism(
             "onset_by_load",
             "x = x(n₀) + c (turns − n₀) past n₀ = n (F/F_min)^q",
             (_ONSET, _LENGTH, _WITH_LOAD),
-            {"bundle": _freeze(_by_load), "draw": _draw(_by_load)},
+            {"bundle": _freeze(_by_load), "draw": _draw},
             frozenset({"loads"}),
         ),
         Shape(
@@ -152,7 +146,7 @@ MECHANISM = Mechanism(
             "rounded",
             "the straight line, rounded in over w",
             (_ONSET, _LENGTH, _WIDTH),
-            {"bundle": _freeze(_common), "draw": _draw(_common)},
+            {"bundle": _freeze(_common), "draw": _draw},
         ),
     ),
     checks="look for coils on the frames past the onset; the torque is flat there",

@@ -101,7 +101,7 @@ class Reference:
 class State:
     """The actuator while the stages run; arrays broadcast to (B, m), B parameter sets at once.
 
-    `alpha_rad` is the rotation that lays the strands, `stored_rad` what coils took up instead,
+    `alpha_rad` is the rotation that lays the strands, `coiled_rad` what coils took up instead,
     `camera` the factor by which the camera enlarges, `torque_extra_Nmm` torque beyond F dx/dα.
     """
 
@@ -114,6 +114,7 @@ class State:
     displacement_mm: np.ndarray
     camera: np.ndarray
     torque_extra_Nmm: np.ndarray
+    coiled_rad: np.ndarray
 
     def cos_helix(self) -> np.ndarray:
         """cos β of the zone's mean helix, tan β = α r / L."""
