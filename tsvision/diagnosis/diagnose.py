@@ -21,7 +21,7 @@ from tsvision.diagnosis.words import paragraph
 from tsvision.mechanisms import MECHANISMS, Simulation
 from tsvision.mechanisms.shelf import OBSERVABLES
 
-MISFIT_P = 1e-4  # structure in the residual that chance hardly makes
+MISFIT_P = 1e-3  # structure in the residual that chance hardly makes
 MOST_LEFT = 0.3  # share of the base's structured misfit that a named cause may leave
 OUTLIER_WEIGHT = 0.2  # of a Student-t residual: beyond about 4.5 times the noise
 SHOWN = 30

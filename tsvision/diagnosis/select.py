@@ -21,7 +21,8 @@ PAIRS_EXTENDED = 3  # to triples
 TRIPLES_REFINED = 6
 DEEPENED = 4
 HOPELESS = 20.0  # log evidence behind the best, beyond half the best's gain
-SECOND_SHARE = 0.04  # a further cause must gain this share of what the first gained
+SECOND_ALARM = 4.0  # log evidence that a further cause must gain …
+SECOND_SHARE = 0.03  # … and at least this share of what the first gained
 PRIOR_LOG_ODDS = {"variable_radius": -1.0}  # the paper refutes it for the overtwist phase
 
 
@@ -170,7 +171,9 @@ def _choose(base: Fit, candidates: list[Candidate]) -> Candidate | None:
         if not sets:
             continue
         best = max(sets, key=lambda c: c.log_evidence)
-        need = ALARM if chosen is None else max(ALARM, SECOND_SHARE * first_gain)
+        need = ALARM + LARGER * (size - 1)
+        if chosen is not None:
+            need = max(SECOND_ALARM, SECOND_SHARE * first_gain)
         if best.log_evidence - level > need:
             first_gain = max(first_gain, best.log_evidence - level)
             chosen, level = best, best.log_evidence

@@ -20,7 +20,7 @@ _ONSET = Parameter(
     "onset_turns",
     "turns",
     "turns at which the first knot forms",
-    low=0.05,
+    low=0.1,
     high=0.97,
     of="span_turns",
     prior="uniform",

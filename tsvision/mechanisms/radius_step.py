@@ -20,7 +20,7 @@ _ONSET = Parameter(
     "onset_turns",
     "turns",
     "turns at which it sets in",
-    low=0.03,
+    low=0.08,
     high=0.97,
     of="span_turns",
     prior="uniform",
