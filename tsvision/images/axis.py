@@ -117,7 +117,7 @@ def find_ridges(
     found: list[Ridge] = []
     for angle in np.arange(0.0, 180.0, ANGLE_STEP_DEG):
         turn = cv2.getRotationMatrix2D((float(middle[0]), float(middle[1])), angle, 1.0)
-        turn[:, 2] += (size - 1) / 2 - middle
+        turn[:, 2] = turn[:, 2] + (size - 1) / 2 - middle
         valid = cv2.warpAffine(inside, turn, (size, size), flags=cv2.INTER_NEAREST) > 0
         rad = np.deg2rad(angle)
         normal = np.array([-np.sin(rad), np.cos(rad)])

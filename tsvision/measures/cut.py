@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from tsvision.images.linear import project, to_linear
 from tsvision.images.sight import Sight, mask_level, raw_contrast
-from tsvision.images.strip import Strip, cut_strip
+from tsvision.images.strip import Axis, cut_strip
 from tsvision.measures.edges import Shading, fit_shading, match_edges, sample_profiles
 from tsvision.measures.helix import Edges
 from tsvision.measures.strands import Silhouette, outline
@@ -42,8 +42,10 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     n = np.arange(-half_px, half_px + 1)
     core = contrast[np.abs(n) <= max(0.2 * sight.width_px, 1.0)]
     # With few turns the axis lies between the legs most of the way: trust the brighter columns.
-    columns = np.nanmedian(core, axis=0) * sight.sense
-    level = sight.sense * float(np.nanpercentile(columns, 80.0))
+    columns = np.median(core[:, ~np.isnan(core).any(axis=0)], axis=0) * sight.sense
+    if columns.size == 0:
+        return None
+    level = sight.sense * float(np.percentile(columns, 80.0))
     ground_noise = 1.4826 * float(np.nanmedian(np.abs(np.diff(contrast[np.abs(n) > inner])))) / 1.41
     if not np.isfinite(level) or abs(level) < max(1e-4, 1.5 * ground_noise):
         return None
@@ -67,10 +69,8 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
 
 def _crop(
     pixels: np.ndarray, sight: Sight, low: float, high: float, half: int
-) -> tuple[np.ndarray, object]:
+) -> tuple[np.ndarray, Axis]:
     """Linear light of only the part of the picture that the strip touches."""
-    from tsvision.images.strip import Axis
-
     axis = sight.axis
     s = np.linspace(low, high, 2 if axis.is_straight else 64)
     centre, t = axis.at(s), axis.tangent(s)
@@ -167,6 +167,3 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
         found.append((np.where(weight > 0, edge - cut.half_px, 0.0), np.nan_to_num(weight)))
     (upper, upper_weight), (lower, lower_weight) = found
     return Edges(cut.s_px, upper, lower, upper_weight, lower_weight)
-
-
-__all__ = ["Cut", "Strip", "cut_frame", "edge_profiles", "find_edges", "learn_shading"]

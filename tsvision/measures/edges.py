@@ -173,7 +173,7 @@ def _match(
         a = 1.0
         g = 0.0
         rss = 0.0
-        for it in range(iterations):
+        for _iteration in range(iterations):
             s1 = st = stt = sy = sty = 0.0
             for r in range(r0, r1 + 1):
                 t = outward * (e - r) * cos

@@ -125,9 +125,7 @@ def find_knots(
     return found
 
 
-def _joined(
-    runs: list[tuple[int, int]], s_mm: np.ndarray, gap_mm: float
-) -> list[tuple[int, int]]:
+def _joined(runs: list[tuple[int, int]], s_mm: np.ndarray, gap_mm: float) -> list[tuple[int, int]]:
     """Runs with less than `gap_mm` between them as one: the dip between two coils of one knot."""
     out: list[tuple[int, int]] = []
     for first, last in runs:

@@ -211,7 +211,7 @@ def _bundle_values(
             diameter_mm_sd=0.04 * width * scale,
         ), flags
     fit = near.fit
-    (d, pitch, tan_beta), covariance = fit.derived()
+    (d, pitch, tan_beta), _ = fit.derived()
     d_sd = diameter_sd_px(fit, looks.shading)
     p_sd = pitch_sd_px(fit)
     beta = float(np.arctan(tan_beta))

@@ -10,8 +10,9 @@ def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float)
     """Sign-bearing slope of the ridges in a strip, in -1..1: sum(gx gy) over sum of both squares.
 
     light (R, M) linear light; centre_row (M,) the bundle's middle, along which the strip is
-    straightened so that coiling does not count; half_width_px: rows used on either side (keep inside the edges,
-    whose own slope alternates). Its logarithm is taken, so that the lit and the shadow side weigh
+    straightened so that coiling does not count; half_width_px: rows used on either side (keep
+    inside the edges, whose own slope alternates). Its logarithm is taken, so that lit and shadow
+    side weigh
     alike and backlit strands, dark all over, still show their ridges.
     Positive: ridges run from lower to higher n with growing s.
     """

@@ -139,7 +139,8 @@ def _settle(
         if window is None:
             continue
         edges = find_edges(cut, shading)
-        fit = fit_window(edges, section, *window, diameter, float("nan"), before)
+        low, high = window
+        fit = fit_window(edges, section, low, high, diameter, float("nan"), before)
         if fit is not None and fit.fit.rms_px < max(0.6, 0.03 * diameter):
             fits.append((cut, fit))
             before = fit
