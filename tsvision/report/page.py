@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 from collections.abc import Iterator
@@ -95,12 +96,17 @@ def write_report(
 
 def render(template: str, data: dict[str, Any], **values: Any) -> str:
     """Fill a template of this folder; escapes everything but our own script, style and data."""
+    return _environment().get_template(template).render(data=Markup(as_script_json(data)), **values)
+
+
+@functools.cache
+def _environment() -> Environment:
     environment = Environment(
         loader=FileSystemLoader(_HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
     environment.globals["include_raw"] = lambda name: Markup((_HERE / name).read_text("utf-8"))
     environment.filters["number"] = lambda v: plain(v) if isinstance(v, int | float) else UNKNOWN
-    return environment.get_template(template).render(data=Markup(as_script_json(data)), **values)
+    return environment
 
 
 def as_script_json(data: Any) -> str:
