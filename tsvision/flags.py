@@ -36,6 +36,7 @@ class Flag(IntFlag):
     KNOT_UNSURE = auto()
     CLIPPED = auto()
     OVEREXPOSED = auto()
+    FAILED = auto()
 
 
 MEANING: dict[str, str] = {
@@ -63,6 +64,7 @@ MEANING: dict[str, str] = {
     "KNOT_UNSURE": "an interval stands out but does not surely meet the knot criterion",
     "CLIPPED": "the bundle leaves the picture or the region of interest",
     "OVEREXPOSED": "part of the bundle is saturated",
+    "FAILED": "the program failed on this picture; the log says how, please report it",
 }
 
 if list(MEANING) != [flag.name for flag in Flag]:

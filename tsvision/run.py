@@ -7,7 +7,7 @@ stream through: memory holds one picture, a row group of profiles and the rows.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -30,12 +30,12 @@ from tsvision.results.tables import (
     write_knots,
 )
 from tsvision.rig import find_rig, load_rig
+from tsvision.run_guard import Measure, without_losing_rows
 
 _BYTES_A_FRAME = 40_000  # profiles of a 1920 px wide picture, compressed
 SEGMENT_FRAMES = 1000
 """Measuring starts afresh at each multiple of this, in one go as in chunks on many machines, so
 that both give the same bytes."""
-Measure = Callable[[Recording, int, int], Iterator[FrameResult]]  # frames start..stop-1
 Progress = Callable[[int, int], None]  # frames done, frames in all
 
 
@@ -138,7 +138,8 @@ def write_measurement(
     total = len(recording.files)
     with Stretch(folder / PROFILES, first) as stretch:
         for start, stop in segments(total):
-            for done, result in enumerate(measure(recording, start, stop), start=start + 1):
+            results = without_losing_rows(measure)(recording, start, stop)
+            for done, result in enumerate(results, start=start + 1):
                 stretch.add(result)
                 if progress is not None:
                     progress(done, total)

@@ -148,8 +148,8 @@ def test_nothing_half_written_is_left(film: Path, tmp_path: Path, measure, error
     old = everything_in(measure_to_folder(film, tmp_path / "out", frames=(0, 2), measure=measure))
 
     def fails_midway(recording: Recording, start: int, stop: int) -> Iterator[FrameResult]:
-        for i, result in enumerate(measure(recording, start, stop)):
-            if i == 5:
+        for result in measure(recording, start, stop):
+            if result.row.frame >= 5:
                 raise error("midway")
             yield result
 
@@ -158,6 +158,24 @@ def test_nothing_half_written_is_left(film: Path, tmp_path: Path, measure, error
             measure_to_folder(film, tmp_path / name, overwrite=True, measure=fails_midway)
     assert {p.name for p in tmp_path.iterdir()} == {"film", "out"}
     assert everything_in(tmp_path / "out") == old
+
+
+def test_a_picture_on_which_the_program_fails_costs_only_its_row(
+    film: Path, tmp_path: Path, measure, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fails_on_some(recording: Recording, start: int, stop: int) -> Iterator[FrameResult]:
+        for result in measure(recording, start, stop):
+            if result.row.frame in (0, 5, 6, 11):
+                raise ZeroDivisionError("a bug\nin two lines")
+            yield result
+
+    found = read_measurement(measure_to_folder(film, tmp_path / "out", measure=fails_on_some))
+    assert found.frames["frame"].tolist() == list(range(12))
+    failed = found.frames["flags"] == "FAILED"
+    assert found.frames["frame"][failed].tolist() == [0, 5, 6, 11]
+    assert found.frames["turns"].tolist() == [i / 2 for i in range(12)]
+    assert found.frames["diameter_px"][~failed].notna().all()
+    assert "frame 5: ZeroDivisionError: a bug in two lines" in caplog.text
 
 
 def test_output_place_is_checked_before_measuring(film: Path, tmp_path: Path) -> None:

@@ -26,7 +26,8 @@ from tsvision.results.tables import (
     row_table_to_parquet,
     tables_from_parquet,
 )
-from tsvision.run import Measure, Request, Stretch, open_request, segments, write_tables
+from tsvision.run import Request, Stretch, open_request, segments, write_tables
+from tsvision.run_guard import Measure, without_losing_rows
 
 MEASURE = "tsvision.measures.recording:measure_frames"
 RECORDINGS = "recordings"
@@ -124,7 +125,7 @@ def _fill(
     with Stretch(folder / PROFILES, first) as stretch:
         for a, b in segments(len(recording.files)):
             if start <= a < stop:
-                for result in measure(recording, a, b):
+                for result in without_losing_rows(measure)(recording, a, b):
                     stretch.add(result)
                 stretch.end_segment()
     rows, knots = stretch.tables()
