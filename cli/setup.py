@@ -12,7 +12,10 @@ import typer
 def command(
     recording: Annotated[Path, typer.Argument(help="A folder of frames, a video, a TIFF.")],
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Default: rig.toml beside the frames.")
+        Path | None,
+        typer.Option(
+            "--out", "-o", help="Default: rig.toml beside the frames, NAME.rig.toml of a film."
+        ),
     ] = None,
     frame: Annotated[int, typer.Option(help="The frame to show, from 0.")] = 0,
     port: Annotated[int, typer.Option(help="Port on 127.0.0.1; 0 takes a free one.")] = 0,
@@ -31,8 +34,10 @@ def command(
 
     known = out if out is not None and out.is_file() else find_rig(recording)
     opened = open_recording(recording, load_rig(known))
-    folder = recording if recording.is_dir() else recording.parent
-    target = out or folder / "rig.toml"
+    own = recording / "rig.toml"
+    if not recording.is_dir():  # one folder may hold several films
+        own = recording.with_name(f"{recording.stem}.rig.toml")
+    target = out or own
     server = make_server(opened, target, port, start=frame)
     print(f"open {server.address}", file=sys.stderr, flush=True)
     if browser:

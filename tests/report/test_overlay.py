@@ -93,6 +93,13 @@ def test_knot_box_spans_its_interval() -> None:
     assert box[:, 0].max() == pytest.approx(130)
 
 
+def test_without_a_scale_a_knot_is_still_marked_where_it_was_seen() -> None:
+    knot = KnotSighting(np.nan, np.nan, np.nan, centre_x_px=120.0, centre_y_px=62.0)
+    (box,) = trace_frame(replace(ROW, mm_per_px=np.nan), None, [knot]).knots
+    assert box[:, 0].min() == pytest.approx(100)
+    assert box[:, 1].max() == pytest.approx(80)
+
+
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
 def test_a_frame_where_nothing_was_found_is_shown_bare(dtype: type) -> None:
     frame = np.full((40, 60, 3), 200, dtype)

@@ -68,7 +68,7 @@ def trace_frame(
         envelope_lower=under,
         separator=_separator(line, row),
         near_region=_near_region(line, row),
-        knots=tuple(box for k in knots if len(box := _knot_box(line, k))),
+        knots=tuple(box for k in knots if len(box := _knot_box(line, k, row.diameter_px))),
     )
 
 
@@ -120,10 +120,13 @@ def _near_region(line: _Line, row: FrameRow) -> np.ndarray:
     return line.box(start, end, 0.75 * row.diameter_px)
 
 
-def _knot_box(line: _Line, knot: KnotSighting) -> np.ndarray:
+def _knot_box(line: _Line, knot: KnotSighting, diameter_px: float) -> np.ndarray:
+    """The knot's interval and breadth; without a scale, whose mm are unknown, 2 D about it."""
     centre = float((np.array([knot.centre_x_px, knot.centre_y_px]) - line.origin) @ line.along)
     half_length = knot.length_mm / line.mm_per_px / 2
     half_width = 0.6 * knot.max_diameter_mm / line.mm_per_px
+    if not math.isfinite(half_length + half_width):
+        half_length = half_width = diameter_px
     if not math.isfinite(centre + half_length + half_width):
         return NO_LINE
     return line.box(centre - half_length, centre + half_length, half_width)
