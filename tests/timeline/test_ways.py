@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from tests.timeline.series import KNOT_COLUMNS, Plan, cycles, simulate, unmeasure
-from tsvision.records import Actuator, Rig
+from tsvision.records import Actuator, Rig, Strings
 from tsvision.timeline.account import Account, account
 
 RIG = Rig(actuator=Actuator(twisting_zone_mm=23.2, hole_diameter_mm=0.9))
@@ -186,3 +186,12 @@ def test_a_thing_without_twist_is_not_called_free_of_knots() -> None:
     told = account(frames, series.knots, RIG)
     assert told.onsets["knot_onset"].status == "undetermined"
     assert "recognised in only 0 of" in told.reasons["knot_onset"]
+
+
+@pytest.mark.parametrize(("string_mm", "status"), [(0.24, "observed"), (0.06, "undetermined")])
+def test_a_thing_too_thick_for_its_strings_is_not_believed(string_mm: float, status: str) -> None:
+    series = simulate(CALM)  # D = 0.48 mm: two strings of 0.24, never of 0.06
+    rig = Rig(strings=Strings(count=2, diameter_mm=string_mm))
+    told = account(series.frames, series.knots, rig)
+    assert told.onsets["knot_onset"].status == status
+    assert ("cannot make" in told.reasons["knot_onset"]) == (status == "undetermined")

@@ -67,7 +67,7 @@ def account(
     histories = infer_all(spoken, order)
     seen = speak.measured(frames)[order.rows]
     onsets, reasons = _onsets(histories, order, seen, criteria)
-    onsets, reasons = _checked(onsets, reasons, frames, histories, spoken, order, seen)
+    onsets, reasons = _checked(onsets, reasons, frames, rig, histories, spoken, order, seen)
     if not np.isfinite(rig.actuator.hole_diameter_mm):
         onsets["irreversible_onset"], reasons["irreversible_onset"] = _no_hole(onsets)
     kept, rejected = split_sightings(frames, knots, tracking, order, histories[3])
@@ -164,13 +164,14 @@ def _checked(
     onsets: dict[str, Onset],
     reasons: dict[str, str],
     frames: pd.DataFrame,
+    rig: Rig,
     histories: dict[int, Histories],
     spoken: dict[int, np.ndarray],
     order: Order,
     seen: np.ndarray,
 ) -> tuple[dict[str, Onset], dict[str, str]]:
     """No onset is told where the pictures contradict the turn counts or themselves."""
-    reason = mismatch(frames, order)
+    reason = mismatch(frames, order, rig)
     wrong = disorder(histories[3], spoken[3][order.rows], seen)
     if not reason and wrong > MOST_AGAINST:
         reason = f"knots come and go without order ({wrong:.0%} of the frames contradict)"

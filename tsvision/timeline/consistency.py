@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
+from tsvision.records import Rig
 from tsvision.timeline import evidence as speak
 from tsvision.timeline.chain import Histories
 from tsvision.timeline.order import Order, numbers
@@ -18,6 +19,8 @@ from tsvision.timeline.order import Order, numbers
 RISING = (("turns_seen", 1), ("string_length_mm", 1), ("pitch_px", -1), ("pitch_mm", -1))
 TWISTED_TURNS = 3.0
 LEAST_SEEN = 0.3
+LEAST_OF_SOLID = 0.7  # scale, edges and hard light may be off by so much, not by more
+MOST_OF_RING = 1.6
 LEAST_FRAMES = 8
 LEAST_TURNS = 5.0
 LEAST_RANK_CORRELATION = 0.4
@@ -25,12 +28,12 @@ MOST_AGAINST = 0.3
 STRONG = 2.0
 
 
-def mismatch(frames: pd.DataFrame, order: Order) -> str:
+def mismatch(frames: pd.DataFrame, order: Order, rig: Rig = Rig()) -> str:
     """A reason not to believe the turn counts, or "" where the pictures agree with them."""
     given = order.known & np.isfinite(order.wind)
     if given.sum() < 0.5 * len(frames):
         return f"the turns of {len(frames) - int(given.sum())} of {len(frames)} frames are unknown"
-    unseen = _no_twist_seen(frames, order)
+    unseen = _no_twist_seen(frames, order) or _not_these_strings(frames, rig)
     if unseen:
         return unseen
     for column, sign in RISING:
@@ -65,6 +68,25 @@ def _no_twist_seen(frames: pd.DataFrame, order: Order) -> str:
         f"the strings' twist was recognised in only {int(seen[wound].sum())} of "
         f"{int(wound.sum())} frames: look at the overlay whether it is the bundle that was "
         "measured, and give view.roi_px if not"
+    )
+
+
+def _not_these_strings(frames: pd.DataFrame, rig: Rig) -> str:
+    """A reason where the measured D is none that N strings of diameter d can make."""
+    count, string = rig.strings.count, rig.strings.diameter_mm
+    diameters = numbers(frames, "diameter_mm")
+    diameters = diameters[np.isfinite(diameters)]
+    if count is None or count < 2 or not np.isfinite(string) or len(diameters) < 3:
+        return ""
+    ring = string * (1.0 + 1.0 / np.sin(np.pi / count))  # the widest tight section there is
+    solid = string * np.sqrt(count)  # all string and no air: the thinnest
+    measured = float(np.median(diameters))
+    if LEAST_OF_SOLID * solid <= measured <= MOST_OF_RING * ring:
+        return ""
+    return (
+        f"D = {measured:.3g} mm was measured, which {count} strings of {string:.3g} mm cannot "
+        f"make ({solid:.2g} to {ring:.2g} mm): look at the overlay whether it is the bundle, "
+        "and mend the scale or give view.roi_px"
     )
 
 
