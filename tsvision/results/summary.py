@@ -51,6 +51,7 @@ def make_summary(
         "flags": dict(sorted(counts.items())),
         "diameter_mm": typical(frames, "diameter_mm"),
         "diameter_px": typical(frames, "diameter_px"),
+        "mm_per_px": typical(frames, "mm_per_px"),
         "helix_angle_deg": typical_angle_deg(frames),
         "handedness": _majority(frames["handedness"]),
         **{name: asdict(onset) for name, onset in onsets.items()},
