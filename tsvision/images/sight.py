@@ -317,6 +317,8 @@ def _signal(strips: list[Strip], half_core: float) -> tuple[np.ndarray, float, b
         ground.append(outer[:: max(1, len(outer) // 1500)])
     inner, outer = np.concatenate(core), np.concatenate(ground)
     inner, outer = inner[~np.isnan(inner).any(1)], outer[~np.isnan(outer).any(1)]
+    if min(len(inner), len(outer)) < 10:
+        return LUMA_BGR, float("nan"), False  # no ground in view beside a candidate this wide
     everything = inner
     # Keep to what the strings look like most of the way: separator and connector are elsewhere.
     for _ in range(2):
