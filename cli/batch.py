@@ -15,7 +15,9 @@ def command(
         ..., help="manifest.csv (column `recording`), a folder of recordings, or a glob."
     ),
     out: Path = typer.Option(..., "--out", "-o", help="Folder of the results."),
-    engine: str = typer.Option("local", "--engine", help="local (processes), dask, or here (one by one)."),
+    engine: str = typer.Option(
+        "local", "--engine", help="local (processes), dask, or here (one by one)."
+    ),
     scheduler: str | None = typer.Option(
         None, "--scheduler", help="For dask: tcp://HOST:8786. Workers must see the same paths."
     ),
@@ -28,6 +30,9 @@ def command(
     ),
     turns_from_name: str | None = typer.Option(
         None, "--turns-from-name", help="Regular expression with one group: turns in file names."
+    ),
+    diagnose: bool = typer.Option(
+        False, "--diagnose", help="Also write verdict.json of each recording (its own rig)."
     ),
     as_json: bool = typer.Option(False, "--json", help="What became of each recording, as JSON."),
     quiet: bool = typer.Option(False, "--quiet", "-q", help="No progress on stderr."),
@@ -54,7 +59,14 @@ def command(
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     with batch_progress(quiet) as progress:
         report = run_batch(
-            items, out, engine, workers or cores or 1, scheduler, chunk_frames, progress
+            items,
+            out,
+            engine,
+            workers or cores or 1,
+            scheduler,
+            chunk_frames,
+            progress,
+            finish=write_verdict if diagnose else None,
         )
     if as_json:
         typer.echo(to_json(report), nl=False)
@@ -63,7 +75,23 @@ def command(
             f"{len(items)} recordings: {len(report.done)} measured, {len(report.kept)} already "
             f"done, {len(report.failed)} failed; results in {out}"
         )
+        for note in report.notes:
+            typer.echo(f"note: {note}", err=True)
         for name, problem in report.failed.items():
             typer.echo(f"failed: {name}: {problem}", err=True)
     if report.failed:
         raise SystemExit(1)
+
+
+def write_verdict(folder: Path) -> None:
+    """verdict.json of a measured recording, unless it has one; InputError when its data do not
+    allow a diagnosis."""
+    from tsvision.atomic import write_text
+    from tsvision.diagnosis.sources import diagnose_sources
+    from tsvision.records import Rig
+    from tsvision.results.overview import VERDICT
+    from tsvision.results.summary import to_json
+
+    if not (folder / VERDICT).is_file():
+        verdict = diagnose_sources([folder], Rig())
+        write_text(folder / VERDICT, to_json(verdict.to_json()))

@@ -166,6 +166,19 @@ def test_query_over_recordings(shelf: Path, tmp_path: Path) -> None:
         query_results(shelf, "select 1")
 
 
+def test_what_finishes_a_recording_enters_the_data_set(shelf: Path, tmp_path: Path) -> None:
+    def finish(folder: Path) -> None:
+        if folder.name == "film1":
+            raise InputError("no displacement")
+        (folder / "verdict.json").write_text('{"status": "no_discrepancy", "causes": []}')
+
+    report = batch(shelf, tmp_path / "out", finish=finish)
+    assert report.notes == ("film1: no displacement",)
+    overview = pq.read_table(tmp_path / "out" / "dataset" / "recordings.parquet")
+    assert overview.column("verdict").to_pylist() == ["no_discrepancy", None, "no_discrepancy"]
+    assert overview.column("causes").to_pylist() == ["", None, ""]
+
+
 # ------------------------------------------------------------------ bad recordings
 
 

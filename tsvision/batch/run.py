@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +53,7 @@ class BatchReport:
     done: tuple[str, ...]
     kept: tuple[str, ...]
     failed: dict[str, str]
+    notes: tuple[str, ...] = ()
 
 
 def run_batch(
@@ -64,12 +65,14 @@ def run_batch(
     chunk_frames: int = SEGMENT_FRAMES,
     progress: Progress | None = None,
     measure: str = MEASURE,
+    finish: Callable[[Path], None] | None = None,
 ) -> BatchReport:
     """Measure all `items` into `out`: `recordings/NAME/` each, `dataset/`, `batch.json`, `log/`.
 
     `engine` is "local" (`workers` processes), "dask" (at `scheduler`) or "here" (this process).
-    `chunk_frames` is rounded
-    up to whole segments. A recording that cannot be measured is reported and stops no other.
+    `chunk_frames` is rounded up to whole segments. `finish` is called with each good recording's
+    folder before the data set is gathered (to diagnose it); its InputError becomes a note. A
+    recording that cannot be measured is reported and stops no other.
     Raises InputError when the folder is locked or cannot be written.
     """
     if engine not in ("local", "dask", "here"):
@@ -87,6 +90,7 @@ def run_batch(
         finally:
             runner.close()
         with telling_what_failed(out):
+            report = replace(report, notes=_finish(out, items, report, finish))
             _gather(out, items, report)
         log.write("end", done=len(report.done), kept=len(report.kept), failed=report.failed)
     return report
@@ -96,6 +100,20 @@ def _engine(name: str, workers: int, scheduler: str | None, out: Path) -> Engine
     if name == "dask":
         return DaskEngine.connect(scheduler or "")
     return LocalEngine(workers, out) if name == "local" else HereEngine()
+
+
+def _finish(
+    out: Path, items: list[Item], report: BatchReport, finish: Callable[[Path], None] | None
+) -> tuple[str, ...]:
+    if finish is None:
+        return ()
+    notes = []
+    for name in (item.name for item in items if item.name not in report.failed):
+        try:
+            finish(out / RECORDINGS / name)
+        except InputError as problem:
+            notes.append(f"{name}: {problem}")
+    return tuple(notes)
 
 
 def _gather(out: Path, items: list[Item], report: BatchReport) -> None:
