@@ -9,7 +9,7 @@ that of coiling; a taut bundle keeps its straight axis to the bit.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -17,9 +17,11 @@ from scipy.interpolate import LSQUnivariateSpline
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from tsvision.images.axis import find_ridges
 from tsvision.images.colour import Ground, colour_contrast, learn_ground
-from tsvision.images.linear import project, to_linear
+from tsvision.images.linear import LUMA_BGR, project, to_linear
 from tsvision.images.sight import SEARCH_PX, Sight, ground_level, mask_level, string_mask
+from tsvision.images.sight import _axis_of as line_of_ridge
 from tsvision.images.sight import _contrast as straight_contrast
 from tsvision.images.sight import _legs as leg_columns
 from tsvision.images.strip import Axis, cut_strip, straight_axis
@@ -42,7 +44,8 @@ class Curve:
 
     axis in arc length; the cord runs from start_px to end_px of it. bow_px: farthest from the
     chord. ground: of coloured strings, else None. alike: the straight axis found the same cord.
-    legs: strings run to a separator's holes, or plies part, at one end.
+    legs: strings run to a separator's holes, or plies part, at one end. sight: the straight axis that
+    it was followed from.
     """
 
     axis: Axis
@@ -53,6 +56,7 @@ class Curve:
     ground: Ground | None
     alike: bool
     legs: bool
+    sight: Sight
 
     @property
     def bowed(self) -> bool:
@@ -67,7 +71,40 @@ def find_curve(
 ) -> Curve | None:
     """Follow the cord that `sight` found straight, in pictures of one size (uint8/uint16, grey or
     BGR); None where it cannot be followed over a few widths. A cord that is surely straight is
-    looked at in small pictures only, unless its ends are wanted (`closely`)."""
+    looked at in small pictures only, unless its ends are wanted (`closely`).
+
+    A line laid across a strong bow may miss the cord; then the ridges that it was chosen from are
+    followed one by one.
+    """
+    found = _find_on(pictures, sight, roi_px, closely)
+    if found is not None:
+        return found
+    shape = pictures[0].shape[:2]
+    others = [
+        replace(
+            sight,
+            axis=line_of_ridge(ridge, shape, roi_px),
+            width_px=ridge.width_px,
+            sense=ridge.sense,
+            weights=LUMA_BGR,
+            by_distance=False,
+        )
+        for ridge in find_ridges(pictures[:1], roi_px)
+        if ridge.channel == 0
+    ]
+    tried = [_find_on(pictures, other, roi_px, closely) for other in others]
+    return max(
+        (c for c in tried if c is not None), key=lambda c: c.end_px - c.start_px, default=None
+    )
+
+
+def _find_on(
+    pictures: list[np.ndarray],
+    sight: Sight,
+    roi_px: tuple[int, int, int, int] | None,
+    closely: bool,
+) -> Curve | None:
+    """The cord followed from one straight axis."""
     shape = pictures[0].shape[:2]
     x0, y0, w, h = roi_px if roi_px else (0, 0, shape[1], shape[0])
     parts = [p[y0 : y0 + h, x0 : x0 + w] for p in pictures]
@@ -88,6 +125,7 @@ def find_curve(
             axis, width, 0.0, axis.length_px, _bow(axis, axis.arc_px, width, sight, bundle), ground,
             _alike(axis, sight, 0.5 * axis.length_px, width),
             bool(np.isfinite(bundle).any()),
+            sight,
         )  # fmt: skip
         if not closely and rough.alike and rough.bow_px < SURELY_STRAIGHT * width:
             return rough
@@ -181,7 +219,9 @@ def _cord_map(
     h, w = signal.shape
     at = np.round(line).astype(int)
     at = at[(at[:, 0] >= 0) & (at[:, 0] < w) & (at[:, 1] >= 0) & (at[:, 1] < h)]
-    level = float(np.percentile(stands_out[at[:, 1], at[:, 0]], 80.0)) if len(at) else 0.0
+    # The line may lie on a bowed cord for a fifth of its way only.
+    along = np.percentile(stands_out[at[:, 1], at[:, 0]], [80.0, 95.0]) if len(at) else (0.0, 0.0)
+    level = float(max(along[0], 0.8 * along[1]))
     return stands_out / max(level, 1e-6)
 
 
@@ -394,7 +434,7 @@ def _settle(
     bow = _bow(axis, runs.s[single], width, sight, bundle)
     alike = _alike(axis, sight, 0.5 * (start + end), width)
     legs = bool(np.isfinite(bundle).any())
-    return Curve(axis, width, start, end, bow, ground, alike, legs)
+    return Curve(axis, width, start, end, bow, ground, alike, legs, sight)
 
 
 def _stretch(core: np.ndarray, gap: int) -> tuple[int, int]:

@@ -74,6 +74,7 @@ def learn_bowed(
             looks = learn_looks(pictures, rig, scale)
         if curve.legs or (count is not None and not astray):
             return None, looks
+    sight = curve.sight
     if curve.bowed or astray:
         sight = _along(sight, curve)
         # A section that nobody told is not guessed at along a curve.
@@ -94,8 +95,8 @@ def _along(sight: Sight, curve: Curve) -> Sight:
         sight,
         axis=curve.axis,
         width_px=curve.width_px,
-        start_px=curve.start_px,
-        end_px=curve.end_px,
+        start_px=curve.start_px + 2.0,  # whole columns of the picture only
+        end_px=curve.end_px - 2.0,
         connector_px=NAN,
         legs_seen=False,
     )
