@@ -1,0 +1,36 @@
+"""S or Z from ridges drawn as sloping stripes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tsvision.measures.handedness import handedness_of, ridge_slope
+
+
+def stripes(slope: float, coil_px: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Bright ridges n = slope * s, carried along a coiling centre line; and that line's rows."""
+    s = np.arange(400.0)
+    centre = 30.0 + coil_px * np.sin(2 * np.pi * s / 90.0)
+    n = np.arange(61.0)[:, None] - centre[None, :]
+    return 0.4 + 0.3 * np.cos(2 * np.pi * (n - slope * s) / 14.0), centre
+
+
+@pytest.mark.parametrize("coil_px", [0.0, 6.0])
+@pytest.mark.parametrize(("slope", "hand"), [(0.4, "Z"), (-0.4, "S")])
+def test_ridges_that_fall_to_the_right_are_z(slope: float, hand: str, coil_px: float) -> None:
+    light, centre = stripes(slope, coil_px)
+    assert handedness_of(ridge_slope(light, centre, 8.0)) == hand
+
+
+def test_a_mirror_swaps_the_sign_and_a_half_turn_does_not() -> None:
+    light, centre = stripes(0.4)
+    here = ridge_slope(light, centre, 8.0)
+    assert ridge_slope(light[::-1], 60.0 - centre, 8.0) == pytest.approx(-here, rel=0.02)
+    assert ridge_slope(light[::-1, ::-1], 60.0 - centre[::-1], 8.0) == pytest.approx(here, rel=0.02)
+
+
+def test_shading_across_alone_has_no_sense() -> None:
+    n = np.arange(61.0)[:, None] - 30.0
+    light = np.repeat(0.5 + 0.01 * n, 400, axis=1)
+    assert abs(ridge_slope(light, np.full(400, 30.0), 8.0)) < 1e-6
