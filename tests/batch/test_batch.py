@@ -219,6 +219,18 @@ def test_done_is_kept_and_what_changed_is_measured_again(shelf: Path, tmp_path: 
     assert batch(shelf, out).done == ("film0",)
 
 
+def test_an_updated_program_measures_again(
+    shelf: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    batch(shelf, tmp_path / "out")
+    monkeypatch.setattr("tsvision.results.summary.code_digest", lambda: "another program")
+    assert batch(shelf, tmp_path / "out").done == ("film0", "film1", "film2")
+    monkeypatch.undo()
+    from tsvision.results.summary import code_digest
+
+    assert len(code_digest()) == 64
+
+
 def test_a_damaged_result_is_measured_again(shelf: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     batch(shelf, out)

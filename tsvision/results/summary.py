@@ -11,6 +11,7 @@ import platform
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, is_dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from tsvision.rig import rig_values
 _LIBRARIES = ("numpy", "scipy", "pandas", "opencv-python-headless", "numba", "pyarrow", "av")
 _TWISTED = ("overtwist", "local overtwist", "knotted", "irreversible")
 _FEW = 3
+_DECIDING = ("*.py", "images/*.py", "measures/*.py", "timeline/*.py", "results/*.py")
 
 
 def make_summary(
@@ -125,10 +127,10 @@ def describe_input(recording: Recording, digests: Mapping[Path, str]) -> dict[st
 
 
 def content_key(recording: Recording, digests: Mapping[Path, str], first: int = 0) -> str:
-    """sha256 of all that decides the result: pictures, their order, turns, rig, the version."""
+    """sha256 of all that decides the result: pictures, their order, turns, rig, the program."""
     known = hashlib.sha256()
     for part in (
-        json.dumps([FORMAT, __version__, first, recording.kind]),
+        json.dumps([FORMAT, __version__, code_digest(), first, recording.kind]),
         describe_input(recording, digests)["sha256"],
         json.dumps([printable(name) for name in recording.files]),
         json.dumps(_strict(rig_values(recording.rig)), sort_keys=True),
@@ -137,6 +139,17 @@ def content_key(recording: Recording, digests: Mapping[Path, str], first: int = 
     for name in ("turns", "time_s", "displacement_mm", "load_N", "cycle"):
         known.update(np.ascontiguousarray(getattr(recording, name), dtype="<f8").tobytes())
     return known.hexdigest()
+
+
+@lru_cache(maxsize=1)
+def code_digest() -> str:
+    """sha256 of the sources that decide a measurement, so that an updated program, whatever its
+    version says, does not take old results for its own."""
+    package = Path(__file__).parents[1]
+    together = hashlib.sha256()
+    for path in sorted(p for part in _DECIDING for p in package.glob(part)):
+        together.update(f"{path.relative_to(package).as_posix()}:{sha256_of(path)}\n".encode())
+    return together.hexdigest()
 
 
 def sha256_of(path: Path) -> str:
