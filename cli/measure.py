@@ -121,7 +121,7 @@ def describe(name: str, summary: dict[str, Any]) -> str:
     diameter, angle = summary[f"diameter_{unit}"], summary["helix_angle_deg"]
     if diameter["value"] is not None:
         lines.append(f"bundle diameter beside the separator {_with_sd(diameter)} {unit}")
-    if unit == "px":
+    if "NO_SCALE" in summary["flags"]:
         lines.append("no scale is known, so no millimetres: give --mm-per-px or --scale-from")
     if angle["value"] is not None:
         hand = f", {summary['handedness']} laid" if summary["handedness"] else ""
