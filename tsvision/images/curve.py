@@ -44,8 +44,8 @@ class Curve:
 
     axis in arc length; the cord runs from start_px to end_px of it. bow_px: farthest from the
     chord. ground: of coloured strings, else None. alike: the straight axis found the same cord.
-    legs: strings run to a separator's holes, or plies part, at one end. sight: the straight axis that
-    it was followed from.
+    legs: strings run to a separator's holes, or plies part, at one end. sight: the straight axis
+    that it was followed from.
     """
 
     axis: Axis

@@ -46,7 +46,11 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     if columns.size == 0:
         return None
     level = sight.sense * float(np.percentile(columns, 80.0))
-    ground_noise = 1.4826 * float(np.nanmedian(np.abs(np.diff(contrast[np.abs(n) > inner])))) / 1.41
+    steps = np.abs(np.diff(contrast[np.abs(n) > inner]))
+    steps = steps[np.isfinite(steps)]
+    if steps.size == 0:
+        return None  # no ground in view beside an axis this wide
+    ground_noise = 1.4826 * float(np.median(steps)) / 1.41
     if not np.isfinite(level) or abs(level) < max(1e-4, 1.5 * ground_noise):
         return None
     contrast = np.nan_to_num(contrast / level, nan=0.0)
