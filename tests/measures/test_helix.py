@@ -149,7 +149,7 @@ def test_a_fit_of_exact_edges_returns_what_drew_them(strings: int, p: np.ndarray
 
 
 def test_twisting_about_a_coiled_line_counts_its_torsion() -> None:
-    """Pitch along the bundle's own line from the linking number of a whole coil (see measurands)."""
+    """Pitch along the bundle's own line from linking number less writhe."""
     from tsvision.measures.helix import HelixFit
 
     p = parameters(rho=5.0, k=0.12, rc=3.0, kc=0.09)

@@ -1,0 +1,123 @@
+"""Laws that hold whatever the picture shows: turn it, mirror it, deepen it, rescale it."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.measures.pictures import CASE, measure, picture
+from tsvision.flags import Flag, flags_from_text
+from tsvision.measures.recording import Measurer
+from tsvision.records import Frame, FrameRow, Rig, Strings
+
+
+@pytest.fixture(scope="module")
+def upright() -> FrameRow:
+    return measure(picture())
+
+
+def test_the_truth_is_found(upright: FrameRow) -> None:
+    """Measured over the 24 dark pictures of the benchmark's set: 0.06 px and 0.03 degrees rms."""
+    assert upright.diameter_px == pytest.approx(CASE.diameter_px, abs=0.2)
+    assert upright.pitch_px == pytest.approx(CASE.pitch_px, rel=2e-3)
+    assert np.rad2deg(upright.helix_angle_rad) == pytest.approx(CASE.beta_deg, abs=0.1)
+    assert upright.handedness == "Z"
+    assert abs(upright.diameter_px - CASE.diameter_px) < 3.0 * upright.diameter_px_sd
+
+
+def alike(row: FrameRow, other: FrameRow, px: float) -> None:
+    assert row.diameter_px == pytest.approx(other.diameter_px, abs=px)
+    assert row.pitch_px == pytest.approx(other.pitch_px, rel=2e-3)
+    assert row.handedness == other.handedness
+
+
+@pytest.mark.parametrize("quarters", [1, 2, 3])
+def test_a_turned_picture_measures_alike(upright: FrameRow, quarters: int) -> None:
+    """The near end may be the other one after the turn, so that other lobes are fitted."""
+    alike(measure(np.ascontiguousarray(np.rot90(picture(), quarters))), upright, 0.1)
+
+
+def test_seventeen_degrees_change_nothing(upright: FrameRow) -> None:
+    alike(measure(picture(tilt_deg=CASE.tilt_deg + 17.0)), upright, 0.1)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_mirror_swaps_the_sense_alone(upright: FrameRow, axis: int) -> None:
+    mirrored = measure(np.ascontiguousarray(np.flip(picture(), axis)))
+    assert (upright.handedness, mirrored.handedness) == ("Z", "S")
+    assert mirrored.diameter_px == pytest.approx(upright.diameter_px, abs=0.1)
+
+
+def test_sixteen_bits_hold_what_eight_hold(upright: FrameRow) -> None:
+    alike(measure(picture().astype(np.uint16) * 257), upright, 0.01)
+
+
+def test_colour_of_grey_is_grey(upright: FrameRow) -> None:
+    alike(measure(cv2.cvtColor(picture(), cv2.COLOR_GRAY2BGR)), upright, 0.05)
+
+
+def test_twice_the_scale_is_twice_the_millimetres() -> None:
+    pixels = picture()
+    one, two = measure(pixels, mm_per_px=0.02), measure(pixels, mm_per_px=0.04)
+    for name in ("diameter_mm", "pitch_mm", "diameter_mm_sd", "baseline_envelope_mm"):
+        assert getattr(two, name) == pytest.approx(2.0 * getattr(one, name), rel=1e-9), name
+    for name in ("diameter_px", "pitch_px", "helix_angle_rad"):
+        assert getattr(two, name) == pytest.approx(getattr(one, name), rel=1e-9), name
+
+
+def test_without_a_scale_no_millimetre_is_invented(upright: FrameRow) -> None:
+    assert Flag.NO_SCALE in flags_from_text(upright.flags)
+    for name in FrameRow.__dataclass_fields__:
+        if "_mm" in name:
+            assert np.isnan(getattr(upright, name)), name
+    assert np.isfinite([upright.diameter_px, upright.pitch_px, upright.helix_angle_rad]).all()
+
+
+def silhouette(dark: bool) -> np.ndarray:
+    """Flat strands before a flat ground, drawn from the fine outline: light 0.1 and 0.7."""
+    fine = 8
+    x = (np.arange(640 * fine) + 0.5) / fine - 0.5
+    phase = 2 * np.pi * x / 180.0 + 0.4
+    reach = 20.0 * (0.5 * np.abs(np.cos(phase)) + 0.5)
+    rows = (np.arange(200 * fine)[:, None] + 0.5) / fine - 0.5
+    covered = np.abs(rows - 100.0) < reach
+    share = covered.reshape(200, fine, 640, fine).mean(axis=(1, 3))
+    light = 0.1 + 0.6 * (1.0 - share if dark else share)
+    light = cv2.GaussianBlur(light.astype(np.float32), (0, 0), 1.0)
+    noise = 0.004 * np.random.default_rng(8).standard_normal(light.shape)
+    return np.clip(255.0 * (light ** (1 / 2.2) + noise) + 0.5, 0, 255).astype(np.uint8)
+
+
+def test_dark_on_bright_is_bright_on_dark() -> None:
+    """A silhouette without shading. Gamma widens what is bright; undone, 0.1 px is what is left
+    where sRGB is assumed and 2.2 was meant."""
+    dark, bright = measure(silhouette(True)), measure(silhouette(False))
+    assert bright.diameter_px == pytest.approx(dark.diameter_px, abs=0.15)
+    assert bright.pitch_px == pytest.approx(dark.pitch_px, rel=2e-3)
+    assert dark.pitch_px == pytest.approx(180.0, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("pixels", "flag"),
+    [
+        (None, Flag.UNREADABLE),
+        (np.zeros((540, 960), np.uint8), Flag.BLANK),
+        (np.full((540, 960), 255, np.uint8), Flag.BLANK),
+        (np.zeros((100, 90), np.uint8), Flag.WRONG_SIZE),
+    ],
+)
+def test_a_frame_that_shows_nothing_keeps_its_row(pixels: np.ndarray | None, flag: Flag) -> None:
+    measurer = Measurer(Rig(strings=Strings(count=2)))
+    measurer.prime([picture()])
+    row = measurer.measure(Frame(7, "f7.png", pixels, "" if pixels is not None else "broken")).row
+    assert (row.frame, row.file) == (7, "f7.png")
+    assert flag in flags_from_text(row.flags)
+    assert np.isnan(row.diameter_px) and np.isnan(row.diameter_mm) and row.handedness == ""
+
+
+def test_a_picture_of_noise_has_no_bundle() -> None:
+    noise = np.random.default_rng(3).integers(0, 255, (540, 960)).astype(np.uint8)
+    row = measure(noise)
+    assert row.flags
+    assert np.isnan(row.diameter_px) or Flag.ENVELOPE_ONLY in flags_from_text(row.flags)
