@@ -18,9 +18,12 @@ from tsvision.mechanisms.shelf import Simulation
 
 STEP = 1e-5
 MOST_RHO = 0.9
+MOST_NUISANCE = 4.0  # standard deviations: beyond that an input is wrong, which is a cause
 RHO_SLACK = 2.0  # a misfit must not pass as correlation: at most so many sd over the prior
 UNIFORM_RIDGE = 1.0  # a weak pull that keeps a flat direction finite; undone in the evidence
 MOST_STARTS = 40
+SCOUTS = 3
+SCOUTING_STEPS = 5
 SETTLED = 5e-3  # of the log posterior, of the noise's log scale and correlation
 
 
@@ -62,6 +65,7 @@ class _Layout:
         self.total = self.moved + problem.offsets.shape[1]
         self.low = np.full(self.total, -np.inf)
         self.high = np.full(self.total, np.inf)
+        self.low[: self.nz], self.high[: self.nz] = -MOST_NUISANCE, MOST_NUISANCE
         self.ridge = np.ones(self.total)
         self.centre = np.zeros(self.total)
         self.log_prior = 0.0
@@ -93,11 +97,19 @@ def fit(
     """Fit `simulation` from `start` (a whole vector z, u, offsets), else from several starts."""
     layout = _Layout(problem, simulation)
     sigma, rho = noise or (_first_noise(problem), problem.rho_mean.copy())
-    if start is None:
-        theta, sigma = _best_start(problem, simulation, layout, sigma, rho)
-    else:
+    if start is not None:
         theta = layout.clip(start)
-    return _descend(problem, simulation, layout, theta, sigma, rho, most_steps)
+        return _descend(problem, simulation, layout, theta, sigma, rho, most_steps)
+    thetas, sigma = _best_starts(problem, simulation, layout, sigma, rho)
+    if len(thetas) == 1:
+        return _descend(problem, simulation, layout, thetas[0], sigma, rho, most_steps)
+    # An onset is easily trapped: a few starts go some steps before the best goes on.
+    tried = [
+        _descend(problem, simulation, layout, theta, sigma, rho, SCOUTING_STEPS) for theta in thetas
+    ]
+    best = max(tried, key=lambda f: f.log_evidence)
+    theta = np.concatenate([best.z, best.u, best.offsets])
+    return _descend(problem, simulation, layout, theta, best.sigma, best.rho, most_steps)
 
 
 def _rows_and_jacobian(
@@ -173,14 +185,17 @@ def _floor(problem: Problem) -> np.ndarray:
     return _least(problem.table.observables)
 
 
-def _best_start(
+def _best_starts(
     problem: Problem,
     simulation: Simulation,
     layout: _Layout,
     sigma: np.ndarray,
     rho: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Try the product of the parameters' starts with two steps each: the best, and its noise."""
+    """Try the product of the parameters' starts with two steps each.
+
+    Returns the best few that lie apart (K, P), and the noise about the best.
+    """
     thetas = layout.clip(_starts(layout))
     for _ in range(2):
         noise = Noise(problem, sigma, rho)
@@ -200,11 +215,17 @@ def _best_start(
         better = costs[1] < costs[0]
         thetas = np.where(better[:, None], moved, thetas)
         cost = np.where(better, costs[1], costs[0])
-        keep = np.argsort(cost)[:6]
+        keep = np.argsort(cost)[:12]
         thetas = thetas[keep]
         best = np.where(better[keep[0]], after[keep[0]], innovation[keep[0]])
         sigma = _new_sigma(problem, sigma, best, _weights(best, problem.tail), np.zeros(len(best)))
-    return thetas[0], sigma
+    own = slice(layout.nz, layout.moved)
+    apart = [thetas[0]]
+    for theta in thetas[1:]:
+        away = min(float(np.max(np.abs(theta[own] - a[own]), initial=0.0)) for a in apart)
+        if away > 0.12 and len(apart) < SCOUTS:
+            apart.append(theta)
+    return np.array(apart), sigma
 
 
 def _split(layout: _Layout, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

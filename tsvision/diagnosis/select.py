@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tsvision.diagnosis.fit import Fit, Noise, fit
-from tsvision.diagnosis.problem import Problem, bounds, parameters
+from tsvision.diagnosis.lack_of_fit import lack_of_fit
+from tsvision.diagnosis.problem import USUAL_NOISE, Problem, bounds, parameters
 from tsvision.mechanisms import MECHANISMS, Shape, Simulation
 from tsvision.mechanisms.shelf import Part
 
@@ -17,12 +19,17 @@ LARGER = 5.0  # more, for each cause beyond the first, where no smaller set is o
 CLASS_WIDTH = 3.0  # sets this close to the best cannot be told from it
 FIRST_PARTNERS = 5  # mechanisms that are tried as the first of a pair
 PAIRS_REFINED = 12
+FRESH = 5  # mechanisms whose pairs are also tried from fresh starts
+ALWAYS = ("radius_bias", "coiling")
+MISFIT_P = 1e-3
 PAIRS_EXTENDED = 3  # to triples
 TRIPLES_REFINED = 6
 DEEPENED = 4
 HOPELESS = 20.0  # log evidence behind the best, beyond half the best's gain
 SECOND_ALARM = 4.0  # log evidence that a further cause must gain …
 SECOND_SHARE = 0.03  # … and at least this share of what the first gained
+LEAST_SHARE = 0.01  # of the base's misfit that a further cause must account for, or …
+LEAST_SIZE = 0.7  # … of a reading's usual noise
 PRIOR_LOG_ODDS = {"variable_radius": -1.0}  # the paper refutes it for the overtwist phase
 
 
@@ -88,13 +95,59 @@ def select(problem: Problem, hints: Selection | None = None) -> Selection:
     worth = [c for c in singles if c.log_evidence - base.log_evidence > -1.0] or singles[:1]
     if worth and _may_be_more(singles, base):
         candidates += _extended(problem, worth[:FIRST_PARTNERS], hints)
-    chosen = _choose(base, candidates)
+        if hints is None and _leaves_structure(problem, base, singles[0]):
+            candidates = _merged(problem, candidates, _fresh_pairs(problem, singles))
+    chosen = _choose(problem, base, candidates)
     if chosen is not None and len(chosen.names) == 2:
         pairs = sorted((c for c in candidates if len(c.names) == 2), key=lambda c: -c.log_evidence)
         candidates += _extended(problem, pairs[:PAIRS_EXTENDED], hints, TRIPLES_REFINED)
-        chosen = _choose(base, candidates)
+        chosen = _choose(problem, base, candidates)
     ranked = tuple(sorted(candidates, key=lambda c: -c.log_evidence))
     return Selection(base, ranked, chosen)
+
+
+def _leaves_structure(problem: Problem, base: Fit, best: Candidate) -> bool:
+    """Whether the best single cause is one, but plainly not the whole story."""
+    if best.log_evidence - base.log_evidence < ALARM:
+        return False
+    return lack_of_fit(problem, best.best).p < MISFIT_P
+
+
+def _fresh_pairs(problem: Problem, singles: list[Candidate]) -> list[Fit]:
+    """Pairs of the likeliest mechanisms from fresh starts: what a single cause bends to fit may lie
+    far from where the pair does. ALWAYS among them is what strands as rods show together."""
+    first = singles[:FRESH]
+    first += [c for c in singles[FRESH:] if c.names[0] in ALWAYS]
+    options = {c.names[0]: _options(problem, c) for c in first}
+    torque = "torque_Nmm" in problem.table.observables
+    extra = MECHANISMS["bending_stiffness"].shapes[0]  # without it no torque fits anything
+    found = []
+    for a, b in itertools.combinations(options, 2):
+        for shapes in {*zip(options[a], options[b], strict=True)}:
+            parts = [
+                Part(name, MECHANISMS[name].shape(s))
+                for name, s in zip((a, b), shapes, strict=True)
+            ]
+            if torque and "bending_stiffness" not in (a, b):
+                parts.append(Part("bending_stiffness", extra))
+            found.append(fit(problem, Simulation(tuple(parts), problem.base)))
+    return found
+
+
+def _options(problem: Problem, single: Candidate) -> tuple[str, str]:
+    """Two shapes to start from: the one best alone, and the main one or its form by load."""
+    name = single.names[0]
+    usable = [shape.name for shape in usable_shapes(problem, name)]
+    by_load = [shape for shape in usable if shape.endswith("by_load")]
+    return single.best.simulation.parts[0].shape.name, (by_load or usable)[0]
+
+
+def _merged(problem: Problem, old: list[Candidate], fits: list[Fit]) -> list[Candidate]:
+    """Candidates with further fits taken in."""
+    pooled: dict[tuple[str, ...], list[Fit]] = {c.names: list(c.fits) for c in old}
+    for found in fits:
+        pooled.setdefault(_sorted_names(found.names), []).append(found)
+    return [_pool(problem, names, group) for names, group in pooled.items()]
 
 
 def _hopeful(hints: Selection) -> Selection:
@@ -161,7 +214,7 @@ def weighed(fitted: Fit) -> float:
     return fitted.log_evidence + sum(part.shape.log_odds for part in fitted.simulation.parts)
 
 
-def _choose(base: Fit, candidates: list[Candidate]) -> Candidate | None:
+def _choose(problem: Problem, base: Fit, candidates: list[Candidate]) -> Candidate | None:
     """The best single over the alarm; a larger set only for its own, substantial gain."""
     chosen: Candidate | None = None
     level = base.log_evidence
@@ -174,10 +227,33 @@ def _choose(base: Fit, candidates: list[Candidate]) -> Candidate | None:
         need = ALARM + LARGER * (size - 1)
         if chosen is not None:
             need = max(SECOND_ALARM, SECOND_SHARE * first_gain)
+            if _is_trifle(problem, chosen.best, best.best):
+                continue
         if best.log_evidence - level > need:
             first_gain = max(first_gain, best.log_evidence - level)
             chosen, level = best, best.log_evidence
     return chosen
+
+
+def _is_trifle(problem: Problem, smaller: Fit, larger: Fit) -> bool:
+    """Whether what the larger fit takes off the smaller one's misfit matters to nobody.
+
+    With little noise any trifle has evidence. It is one when it is under LEAST_SHARE of the base's
+    misfit, as it came, and under LEAST_SIZE of what such readings are usually good to.
+    """
+    table = problem.table
+    kinds = len(table.observables)
+    z = np.zeros((1, problem.nuisances))
+    plain = problem.predict(Simulation(base=problem.base), z[:, :0], z)[0]
+    trusted = larger.weight > 0.2
+    count = np.maximum(np.bincount(table.observable, trusted, kinds), 1.0)
+    before, after, base = (
+        np.bincount(table.observable, trusted * (table.value - rows) ** 2, kinds) / count
+        for rows in (smaller.predicted, larger.predicted, plain)
+    )
+    gone = np.sqrt(np.maximum(before - after, 0.0))
+    usual = np.array([USUAL_NOISE[name] for name in table.observables])
+    return bool(np.all((gone < LEAST_SHARE * np.sqrt(base)) & (gone < LEAST_SIZE * usual)))
 
 
 # ------------------------------------------------------------------ larger sets
