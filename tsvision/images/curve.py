@@ -93,9 +93,10 @@ def find_curve(
         if ridge.channel == 0
     ]
     tried = [_find_on(pictures, other, roi_px, closely) for other in others]
-    return max(
-        (c for c in tried if c is not None), key=lambda c: c.end_px - c.start_px, default=None
-    )
+    # Only a cord that bows right across the view explains that the straight search missed it.
+    across = 0.6 * max(roi_px[2:] if roi_px else shape)
+    bowed = [c for c in tried if c and c.bowed and not c.legs and c.end_px - c.start_px > across]
+    return max(bowed, key=lambda c: c.end_px - c.start_px, default=None)
 
 
 def _find_on(

@@ -255,11 +255,13 @@ def _profile(bowed: Bowed, rope: Rope) -> Profile:
     keep = np.isfinite(rope.envelope_px)
     mm = bowed.scale.mm_per_px
     s = rope.s_px[keep] - bowed.curve.start_px
+    used = rope.weight > 0.0  # elsewhere what was found is no edge of the rope
+    upper, lower = (np.where(used, edge, NAN) for edge in (rope.upper_px, rope.lower_px))
     return Profile(
         s_mm=s * mm,
         s_px=s,
-        upper_px=rope.upper_px[keep],
-        lower_px=rope.lower_px[keep],
-        width_mm=(rope.upper_px - rope.lower_px)[keep] * mm,
+        upper_px=upper[keep],
+        lower_px=lower[keep],
+        width_mm=(upper - lower)[keep] * mm,
         envelope_mm=rope.envelope_px[keep] * mm,
     )
