@@ -13,6 +13,7 @@ import numpy as np
 from tsvision.measures.edges import Shading
 from tsvision.measures.helix import HelixFit
 
+VISIBLE_LIMB = 0.3  # of the core's light: a darker limb is partly lost in the ground
 CORRELATION_SHARE = 0.5  # residuals stay alike over about half a strand diameter
 
 
@@ -25,8 +26,11 @@ def edge_model_sd_px(shading: tuple[Shading, Shading]) -> float:
     total = 0.0
     for shade in shading:
         a, b, c = shade.light
-        ramp = (abs(b) + abs(c)) / max(abs(a + b), 0.2)
-        total += (0.03 * shade.blur_px + 0.10 * min(ramp, 1.5)) ** 2
+        full = max(abs(a + b), 0.2)
+        ramp = (abs(b) + abs(c)) / full
+        # Where the limb itself sends no light, the edge is not in the picture but behind it.
+        hidden = float(np.clip(1.0 - (a + c) / (VISIBLE_LIMB * full), 0.0, 1.0))
+        total += (0.03 * shade.blur_px + 0.10 * min(ramp, 1.5)) ** 2 + (0.6 * hidden) ** 2
     return float(np.sqrt(total))
 
 
