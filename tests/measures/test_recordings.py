@@ -1,0 +1,134 @@
+"""Whole recordings with truth: from files on disk to rows.
+
+Rendered ones by the project's own renderer, which shares no geometry with the measuring code; and
+two path-traced ones by others, where they lie beside the repository (skipped elsewhere).
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from synth.build import make_settings
+from synth.recording import write_recording
+from synth.settings import Strings
+from tsvision.images.frames import open_recording
+from tsvision.measures.recording import measure_frames
+from tsvision.rig import load_rig
+from tsvision.timeline.account import account
+
+PHOTOREAL = Path(__file__).resolve().parents[2] / ".." / "shared" / "photoreal"
+SIZE: dict[str, object] = {"camera.width_px": 960, "camera.height_px": 400}
+TURNS = {2: (8.0, 12.0, 16.0, 30.0, 66.0), 4: (5.0, 7.0, 9.0)}
+
+
+def measured(folder: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Frames and knots of a recording's folder, by its own rig file."""
+    recording = open_recording(folder, load_rig(folder / "rig.toml"))
+    rows, knots = [], []
+    for result in measure_frames(recording):
+        rows.append(asdict(result.row))
+        for knot in result.knots:
+            knots.append({"frame": result.row.frame, "turns": result.row.turns, **asdict(knot)})
+    return pd.DataFrame(rows), pd.DataFrame(knots)
+
+
+def rendered(folder: Path, count: int, look: str) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """(measured, truth) of a small clean recording."""
+    settings = make_settings(TURNS[count], look=look, strings=Strings(count=count), changes=SIZE)
+    write_recording(folder, settings)
+    return measured(folder)[0], pd.read_parquet(folder / "truth.parquet")
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory: pytest.TempPathFactory) -> tuple[pd.DataFrame, pd.DataFrame]:
+    return rendered(tmp_path_factory.mktemp("two") / "film", 2, "dark_on_bright")
+
+
+@pytest.fixture(scope="module")
+def four(tmp_path_factory: pytest.TempPathFactory) -> tuple[pd.DataFrame, pd.DataFrame]:
+    return rendered(tmp_path_factory.mktemp("four") / "film", 4, "dark_on_bright")
+
+
+@pytest.mark.parametrize("name", ["two", "four"])
+def test_straight_bundles(name: str, request: pytest.FixtureRequest) -> None:
+    """D of 15 and 21 px. Measured: D 0.18 to 0.22 px thin (the limbs' shading), pitch within
+    0.1 %, hence the angle 0.3 degrees low."""
+    rows, truth = request.getfixturevalue(name)
+    straight = truth["phase"] == "twist"
+    assert straight.sum() == 3
+    error = (rows["diameter_px"] - truth["diameter_px"])[straight]
+    assert np.abs(error).max() < 0.3
+    np.testing.assert_allclose(rows["pitch_px"][straight], truth["pitch_px"][straight], rtol=3e-3)
+    angle = np.rad2deg(rows["helix_angle_rad"] - truth["helix_angle_rad"])[straight]
+    assert np.abs(angle).max() < 0.5
+    assert (rows["knot_count"] == truth["knot_count"])[straight].all()
+
+
+def test_coiled_and_knotted_bundles(two: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+    """At 30 turns the bundle coils, at 66 it is knotted. Measured: D within 0.17 px, pitch within
+    1.2 %, the coil's amplitude within 2 %."""
+    rows, truth = (t.iloc[3:] for t in two)
+    assert (rows["knot_count"] == truth["knot_count"]).all()
+    np.testing.assert_allclose(rows["diameter_px"], truth["diameter_px"], atol=0.35)
+    np.testing.assert_allclose(rows["pitch_px"], truth["pitch_px"], rtol=0.025)
+    np.testing.assert_allclose(rows["coil_amplitude_mm"], truth["coil_amplitude_mm"], rtol=0.05)
+
+
+@pytest.mark.parametrize("name", ["two", "four"])
+def test_sense_turns_and_rows(name: str, request: pytest.FixtureRequest) -> None:
+    """Turns seen are 0.25 to 0.33 too many while straight: the legs' outlines meet before their
+    centre lines do."""
+    rows, truth = request.getfixturevalue(name)
+    assert (rows["handedness"] == truth["handedness"]).all()
+    assert rows["frame"].tolist() == truth["frame"].tolist()
+    straight = truth["phase"] == "twist"
+    assert rows["turn_budget_error"][straight].abs().max() < 0.5
+
+
+@pytest.mark.xfail(reason="thin front-lit strands: D comes out about 1.1 px thin", strict=False)
+def test_front_lit_strands_are_as_thick_as_they_are(tmp_path: Path) -> None:
+    """The aim is 0.5 px at worst; the shading's fit does not reach it on bright strands yet."""
+    rows, truth = rendered(tmp_path / "film", 4, "bright_on_dark")
+    assert np.abs(rows["diameter_px"] - truth["diameter_px"]).max() < 0.5
+
+
+def photoreal(name: str) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame, dict]:
+    folder = PHOTOREAL / name
+    if not folder.is_dir():
+        pytest.skip(f"{name} is not there: it travels apart from the repository")
+    truth = pd.read_csv(folder / "truth.csv")
+    truth["diameter_px"] = truth["bundle_d_mm"] * truth["px_per_mm"]
+    rows, knots = measured(folder)
+    return rows, knots, truth, json.loads((folder / "truth.json").read_text())
+
+
+@pytest.mark.slow
+def test_path_traced_whole_zone() -> None:
+    """devP: N = 2, 18 frames, white braid on a brown ground."""
+    rows, knots, truth, story = photoreal("devP")
+    straight = (truth["overtwist_coil_radius_mm"] == 0.0) & (truth["turns"] > 0)
+    error = (rows["diameter_px"] - truth["diameter_px"])[straight]
+    assert np.sqrt((error**2).mean()) <= 0.6
+    assert set(rows["handedness"][truth["turns"] > 0]) == {"S"}
+    told = account(rows, knots, load_rig(PHOTOREAL / "devP" / "rig.toml")).onsets["knot_onset"]
+    assert told.status == "observed" and told.turns is not None
+    first = story["first_frame_turn_with_visible_knot"]
+    found, true = np.searchsorted(truth["turns"], [told.turns, first])
+    assert abs(int(found) - int(true)) <= 1
+
+
+@pytest.mark.slow
+def test_path_traced_close_up() -> None:
+    """devQ: N = 4, 8 frames, grey, the separator's region only."""
+    rows, knots, truth, _ = photoreal("devQ")
+    seen = truth["turns"] > 4  # before, less than one lobe is in view
+    error = (rows["diameter_px"] - truth["diameter_px"])[seen]
+    assert np.sqrt((error**2).mean()) <= 0.5
+    assert set(rows["handedness"][seen]) == {"Z"}
+    assert (rows["knot_count"].fillna(0) == 0).all() and knots.empty
