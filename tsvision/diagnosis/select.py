@@ -102,6 +102,9 @@ def select(problem: Problem, hints: Selection | None = None) -> Selection:
         pairs = sorted((c for c in candidates if len(c.names) == 2), key=lambda c: -c.log_evidence)
         candidates += _extended(problem, pairs[:PAIRS_EXTENDED], hints, TRIPLES_REFINED)
         chosen = _choose(problem, base, candidates)
+    if chosen is not None and len(chosen.names) == 3 and hints is None:
+        candidates = _merged(problem, candidates, _other_shapes(problem, chosen.best))
+        chosen = _choose(problem, base, candidates)
     ranked = tuple(sorted(candidates, key=lambda c: -c.log_evidence))
     return Selection(base, ranked, chosen)
 
@@ -140,6 +143,31 @@ def _options(problem: Problem, single: Candidate) -> tuple[str, str]:
     usable = [shape.name for shape in usable_shapes(problem, name)]
     by_load = [shape for shape in usable if shape.endswith("by_load")]
     return single.best.simulation.parts[0].shape.name, (by_load or usable)[0]
+
+
+def _other_shapes(problem: Problem, best: Fit) -> list[Fit]:
+    """The same set with one part in another shape, from where the set stands."""
+    found = []
+    for i, part in enumerate(best.simulation.parts):
+        for shape in usable_shapes(problem, part.mechanism):
+            if shape.name == part.shape.name:
+                continue
+            parts = list(best.simulation.parts)
+            parts[i] = Part(part.mechanism, shape)
+            simulation = replace(best.simulation, parts=tuple(parts))
+            start = _carried_over(problem, best, simulation)
+            found.append(fit(problem, simulation, start, noise=(best.sigma, best.rho)))
+    return found
+
+
+def _carried_over(problem: Problem, best: Fit, simulation: Simulation) -> np.ndarray:
+    """The fit's values for parameters of the same name, their first start for the others."""
+    known = dict(zip((key for key, _ in parameters(best.simulation)), best.u, strict=True))
+    u = []
+    for key, p in parameters(simulation):
+        low, high = bounds(p)
+        u.append(float(np.clip(known.get(key, p.starts[0]), low, high)))
+    return np.concatenate([best.z, u, best.offsets])
 
 
 def _merged(problem: Problem, old: list[Candidate], fits: list[Fit]) -> list[Candidate]:
