@@ -43,13 +43,12 @@ class Shading:
 
 def shading_basis(rho_px: float, blur_px: float) -> np.ndarray:
     """Blurred step, limb darkening and cross light, (3, T) on the template's grid."""
-    inside = _T >= 0.0
+    # The sample on the edge itself counts half, else every edge lies half a step off.
+    inside = np.clip(0.5 + _T / TEMPLATE_STEP_PX, 0.0, 1.0)
     x = np.clip(1.0 - _T / rho_px, -1.0, 1.0)
     shapes = (np.ones_like(_T), np.sqrt(1.0 - x * x), x)
     sd = max(blur_px, 0.2) / TEMPLATE_STEP_PX
-    return np.stack(
-        [gaussian_filter1d(np.where(inside, f, 0.0), sd, mode="nearest") for f in shapes]
-    )
+    return np.stack([gaussian_filter1d(inside * f, sd, mode="nearest") for f in shapes])
 
 
 def make_shading(
