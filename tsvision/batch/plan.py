@@ -134,7 +134,7 @@ def _check_header(path: Path, header: list[str]) -> None:
     for name in header:
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1, cutoff=0.3) or ["recording"]
-            raise InputError(f"{path}: unknown column '{name}'; did you mean '{near[0]}'?")
+            raise InputError(f"{path}: unknown column {name!r}; did you mean '{near[0]}'?")
     if "recording" not in header:
         raise InputError(f"{path}: no column 'recording'; write the path of each recording there")
     if len(set(header)) < len(header):
