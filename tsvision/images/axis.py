@@ -160,6 +160,11 @@ def _row_peaks(scores: np.ndarray, most: int = 3) -> list[tuple[int, int, int]]:
         row = int(left.argmax())
         if left[row] <= 0:
             break
+        # Scores are capped, hence flat over a wide line: take the middle, not the first.
+        last = row
+        while last + 1 < left.size and left[last + 1] >= 0.98 * left[row]:
+            last += 1
+        row = (row + last) // 2
         k, sense = divmod(int(which[row]), scores.shape[1])
         peaks.append((k, sense, row))
         left[max(row - 8, 0) : row + 9] = 0.0

@@ -17,6 +17,7 @@ from tsvision.images.linear import LUMA_BGR, best_weights, project, to_linear
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 
 SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are of several colours
+SWINGS = 0.06  # share of a bundle's outline that changes between frames, at least
 SEARCH_PX = 640  # long side of the pictures in which candidate axes are weighed
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
 
@@ -160,7 +161,7 @@ def find_sight(
         _settle(small, _scaled(_axis_of(r, shape, roi_px), factor), r.width_px * factor)
         for r in [*ridges, *_bisectors(ridges, shape)]
     ]
-    best = max(trials, key=lambda trial: trial[2])
+    best = max(trials, key=lambda trial: trial[2] * _plausible(trial[1] / factor, widths_px))
     linears = [to_linear(p, gamma) for p in pictures]
     axis, width, _ = _settle(linears, _scaled(best[0], 1.0 / factor), best[1] / factor, turns=1)
     half = int(np.ceil(4.0 * width)) + 6
@@ -265,11 +266,34 @@ def _settle(
         half = int(np.ceil(3.2 * width)) + 6
         strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
         weights, _, by_distance = _signal(strips, 0.5 * width)
-        masks = [_mask(_contrast(s, weights, width, by_distance), width) for s in strips]
+        rough = turn < turns - 1
+        masks = [_mask(_contrast(s, weights, width, by_distance, rough), width) for s in strips]
         if turn == turns - 1:
             support = sum(_support(m, half, width) for m in masks) / len(masks)
+            support *= _liveliness(masks, half, width)
         axis, width = _refine(axis, masks, half, width)
     return axis, width, support
+
+
+def _liveliness(masks: list[np.ndarray], half: int, width: float) -> float:
+    """From about 0 for an outline that stands still between frames to 1 for one that swings as
+    twisting strings do: a plate's edge or a rod is as long and even as a bundle, but still."""
+    if len(masks) < 2:
+        return 1.0
+    reach = max(int(width), 2)
+    stack = np.stack([m[max(half - reach, 0) : half + reach + 1] > 0 for m in masks])
+    area = max(float(stack.mean(axis=0).sum()), 1.0)
+    changed = float((stack.any(axis=0) & ~stack.all(axis=0)).sum()) / area
+    return float(np.clip(changed / SWINGS, 0.05, 1.0))
+
+
+def _plausible(width: float, possible: tuple[float, float] | None) -> float:
+    """1 for a width that the rig's strings can have, less for one they cannot (d is rarely known
+    to better than a third)."""
+    if possible is None:
+        return 1.0
+    low, high = 0.6 * possible[0], 1.4 * possible[1]
+    return 1.0 if low <= width <= high else 0.1
 
 
 def _support(mask: np.ndarray, half: int, width: float) -> float:
@@ -376,13 +400,24 @@ def raw_contrast(
 
 
 def _contrast(
-    strip: Strip, weights: np.ndarray, width: float, by_distance: bool = False
+    strip: Strip,
+    weights: np.ndarray,
+    width: float,
+    by_distance: bool = False,
+    roughly: bool = False,
 ) -> np.ndarray:
-    """Contrast in units of the core's median contrast (core is about +1)."""
+    """Contrast in units of the core's median contrast (core is about +1).
+
+    roughly: the axis may lie beside the core yet; each column's strongest contrast counts.
+    """
     values = raw_contrast(strip.values, weights, by_distance, 1.3 * width)
     n = np.arange(-strip.half_px, strip.half_px + 1)
-    core = np.abs(n) <= max(0.2 * width, 1.0)
-    level = np.nanmedian(_nan_median(values[core]))
+    if roughly:
+        core = np.nan_to_num(values[np.abs(n) <= max(0.6 * width, 2.0)])
+        strongest = np.take_along_axis(core, np.abs(core).argmax(axis=0)[None], axis=0)
+        level = 0.6 * np.median(strongest)
+    else:
+        level = np.nanmedian(_nan_median(values[np.abs(n) <= max(0.2 * width, 1.0)]))
     return values / (level if abs(level) > 1e-6 else 1e-6)
 
 
