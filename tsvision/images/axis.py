@@ -127,7 +127,7 @@ def find_ridges(
                 rotated = cv2.warpAffine(stack[c], turn, (size, size), flags=cv2.INTER_LINEAR)
                 _row_scores(rotated, valid, half_widths, threshold, scores)
             scores /= len(pictures)
-            for k, sense, row in _row_peaks(scores):
+            for k, sense, row in _row_peaks(scores, len(pictures) > 1):
                 centre = (middle + (row - (size - 1) / 2) * normal + 0.5) / factor - 0.5
                 found.append(
                     Ridge(
@@ -150,7 +150,7 @@ def _half_widths(widths_px: tuple[float, float] | None, factor: float) -> np.nda
     return HALF_WIDTHS[keep] if keep.any() else HALF_WIDTHS
 
 
-def _row_peaks(scores: np.ndarray, most: int = 3) -> list[tuple[int, int, int]]:
+def _row_peaks(scores: np.ndarray, centred: bool, most: int = 3) -> list[tuple[int, int, int]]:
     """(width, sense, row) of the best rows of one direction, a few rows apart."""
     flat = scores.reshape(-1, scores.shape[2])
     profile, which = flat.max(axis=0), flat.argmax(axis=0)
@@ -162,7 +162,7 @@ def _row_peaks(scores: np.ndarray, most: int = 3) -> list[tuple[int, int, int]]:
             break
         # Scores are capped, hence flat over a wide line: take the middle, not the first.
         last = row
-        while last + 1 < left.size and left[last + 1] >= 0.98 * left[row]:
+        while centred and last + 1 < left.size and left[last + 1] >= 0.98 * left[row]:
             last += 1
         row = (row + last) // 2
         k, sense = divmod(int(which[row]), scores.shape[1])

@@ -266,7 +266,7 @@ def _settle(
         half = int(np.ceil(3.2 * width)) + 6
         strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
         weights, _, by_distance = _signal(strips, 0.5 * width)
-        rough = turn < turns - 1
+        rough = turn < turns - 1 and len(linears) > 1
         masks = [_mask(_contrast(s, weights, width, by_distance, rough), width) for s in strips]
         if turn == turns - 1:
             support = sum(_support(m, half, width) for m in masks) / len(masks)
