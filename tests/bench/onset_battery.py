@@ -1,23 +1,24 @@
 """`python -m tests.bench.onset_battery`: onsets, intervals and false alarms, ruptures beside it.
 
-By default on simulated measurements of the renderer's exact geometry (fast, ≥ 200 recordings);
-with `--rendered DIR` on pictures, rendered and measured by the whole chain (slow; DIR keeps them).
+By default on simulated measurements of the renderer's exact geometry (≥ 200 recordings); with
+`--rendered DIR` on pictures, rendered and measured by the whole chain. DIR keeps pictures and rows:
+a run that was broken off goes on, and `--again` measures anew what older code measured.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
+import sys
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from synth.strands import hole_diameter_mm
-from tests.bench.onset_cases import ORDER, Case, exact, onset_truth, plan, simulated
+from tests.bench.onset_cases import Case, exact, name_of, onset_truth, plan, simulated
 from tests.bench.onset_peers import detectors, onset_by
 from tsvision.records import Actuator, Rig
 from tsvision.timeline.account import Account, account
@@ -44,38 +45,13 @@ def measure_simulated(case: Case) -> Measured:
 
 
 def measure_rendered(case: Case, folder: Path, again: bool) -> Measured:
-    """Render (once; kept in `folder`), measure (once, or `again`), account."""
-    from synth.recording import write_recording
-    from tsvision.images.frames import open_recording
-    from tsvision.measures.recording import measure_frames
-    from tsvision.rig import load_rig
-    from tsvision.timeline.tables import tables
+    """Render (once; kept in `folder`), measure (once, or `again` with changed code), account."""
+    from tests.bench.onset_rendered import as_rendered, measured, pictures
 
-    source = folder / case.name
-    if not source.exists():
-        write_recording(source, case.settings)
-    kept = source / "measured_frames.parquet"
-    rig = load_rig(source / "rig.toml")
-    if again or not kept.exists():
-        frames, knots = tables(measure_frames(open_recording(source, rig)))
-        knots.to_parquet(source / "measured_knots.parquet")
-        frames.to_parquet(kept)
-    frames, knots = pd.read_parquet(kept), pd.read_parquet(source / "measured_knots.parquet")
+    source = pictures(case, folder)
+    frames, knots, rig = measured(source, again)
     case = as_rendered(case, source)  # pictures kept from before have the truth they came with
     return Measured(case, frames, knots, account(frames, knots, rig))
-
-
-def as_rendered(case: Case, source: Path) -> Case:
-    """The case with the truth that was written beside its pictures."""
-    story = json.loads((source / "truth.json").read_text())["frames"]
-    names = ["frame", "turns", "diameter_mm", "coil_amplitude_mm", "unevenness"]
-    truth = pd.DataFrame(story)[names].assign(level=[ORDER.index(f["phase"]) for f in story])
-    truth["diameter_mm"] = pd.to_numeric(truth["diameter_mm"], errors="coerce")
-    knots = tuple(
-        tuple((k["centre_mm"], k["length_mm"], k["max_diameter_mm"]) for k in f["knots"])
-        for f in story
-    )
-    return replace(case, truth=truth, knots=knots)
 
 
 def tolerance_turns(case: Case) -> float:
@@ -237,14 +213,19 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--rendered", type=Path, help="folder for pictures; slow")
     parser.add_argument("--width", type=int, default=960, help="of rendered pictures, px")
-    parser.add_argument("--again", action="store_true", help="measure kept pictures anew")
+    parser.add_argument("--again", action="store_true", help="measure anew what older code did")
+    parser.add_argument("--there", action="store_true", help="only what was rendered already")
     parser.add_argument("--no-peers", action="store_true")
     parser.add_argument("--wrong", action="store_true", help="list what went wrong")
     options = parser.parse_args()
     began = time.time()
     measured = []
     for seed in range(options.first, options.first + options.recordings):
-        case = exact(plan(seed, options.width))
+        settings = plan(seed, options.width)
+        if options.there and not (options.rendered / name_of(settings)).exists():
+            continue
+        case = exact(settings)
+        print(f"{case.name} {time.time() - began:.0f} s", file=sys.stderr)
         measured.append(
             measure_simulated(case)
             if options.rendered is None

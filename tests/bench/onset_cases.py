@@ -79,6 +79,11 @@ def plan(seed: int, width_px: int = 1280) -> Settings:
     )
 
 
+def name_of(settings: Settings) -> str:
+    """Of the case's folder."""
+    return f"{settings.seed:03d}_N{settings.strings.count}_{settings.preset}"
+
+
 def exact(settings: Settings) -> Case:
     """Truth of every frame from the geometry. Frames that the bundle cannot hold are left out."""
     rows, envelopes, knots = [], [], []
@@ -105,9 +110,8 @@ def exact(settings: Settings) -> Case:
         found = envelope.knots if has else ()
         knots.append(tuple((k.centre_mm, k.stop_mm - k.start_mm, k.max_diameter_mm) for k in found))
     held = dataclasses.replace(settings, turns=settings.turns[: len(rows)])
-    name = f"{settings.seed:03d}_N{settings.strings.count}_{settings.preset}"
     step = float(np.diff(settings.turns[:2])[0])
-    return Case(name, held, step, pd.DataFrame(rows), tuple(envelopes), tuple(knots))
+    return Case(name_of(settings), held, step, pd.DataFrame(rows), tuple(envelopes), tuple(knots))
 
 
 def onset_truth(case: Case, level: int) -> tuple[float, float]:
