@@ -141,8 +141,7 @@ def composite(
                     py = outward_mm[k, 1] + hw * ny
                     pz = outward_mm[k, 2] + hw * nz
                     reach = min(np.sqrt(px * px + py * py + pz * pz) / outer_mm, 1.0)
-                    deep = 1.0 - occlusion * (1.0 - reach) * 2.0
-                    deep = max(deep, 1.0 - occlusion)
+                    deep = 1.0 - inside[k] * occlusion * min((1.0 - reach) * 2.0, 1.0)
                 u = (col + left) / image_w - 0.5
                 v = (row + top) / image_h - 0.5
                 lit = max(1.0 + light_dx * u + light_dy * v, 0.05)

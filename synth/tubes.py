@@ -22,6 +22,9 @@ TURN_LIMIT_RAD = 0.5
 CORNER_RAD = 0.15  # a kink of the centre line (at a hole's rim) is kept as it is
 MITRE_PX = 0.03  # neighbours overlap by this much, so that no pixel falls between them
 SAGITTA_PX = 0.02  # largest gap between a chord and the curved centre line
+GROOVE_D = (
+    3.0  # string diameters from the apex until the grooves between strands are at their darkest
+)
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,7 @@ class Pieces:
     strand: np.ndarray
     arc_mm: np.ndarray
     outward_mm: np.ndarray  # (K, 3) offset from the bundle's centre line, camera frame
-    inside: np.ndarray  # 1.0 within the bundle
+    inside: np.ndarray  # 0 outside the bundle, rising to 1 within its first GROOVE_D diameters
 
 
 @dataclass(frozen=True)
@@ -135,8 +138,17 @@ def _cut(
         np.full(len(length), tube.strand, np.int64),
         arc,
         out,
-        (inside[1:] & inside[:-1]).astype(float),
+        _closing_in(inside[1:] & inside[:-1], arc, tube),
     )
+
+
+def _closing_in(inside: np.ndarray, arc: np.ndarray, tube: Tube) -> np.ndarray:
+    """(K,) how far neighbours have closed in: grooves do not darken all at once at the apex."""
+    if not inside.any():
+        return np.zeros(len(arc))
+    depth = (arc - arc[np.argmax(inside)]) / (2.0 * GROOVE_D * tube.half_side_mm)
+    share = np.clip(depth, 0.0, 1.0)
+    return np.where(inside, share * share * (3.0 - 2.0 * share), 0.0)
 
 
 def _mitres(e1: np.ndarray, viewer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -147,7 +147,7 @@ def main() -> None:
         for count in (2, 4, 6, 8):
             settings = settings_for(count, width, height)
             rate = analytic(settings)
-            other = f"{with_pyvista(settings):8.1f}" if vtk and count in (2, 8) else f"{'-':>8}"
+            other = f"{with_pyvista(settings):8.1f}" if vtk else f"{'-':>8}"
             mean, rms = edge_errors(settings)
             print(
                 f"{count:>7} {width:>5}x{height:<4} {rate:>9.1f} {other} "

@@ -19,14 +19,35 @@ from synth.strands import StrandPath, arc_length_mm, strand_paths
 from synth.truth import frame_truth
 
 
+FAR_MM = 2.0  # between segments of 0.09 mm: the integrand at their middles is exact to 2e-4 turns
+
+
 @njit(cache=True)
-def _gauss(a, b):
-    """Sum over segment pairs of the signed solid angle (Klenin and Langowski 2000) / 4 pi."""
+def _gauss(a, b, far_mm):
+    """Sum over segment pairs of the signed solid angle (Klenin and Langowski 2000) / 4 pi.
+
+    Short segments farther apart than `far_mm` count by the integrand at their middles."""
     total = 0.0
     n = np.empty((4, 3))
     c = np.empty((4, 3))
     for i in range(len(a) - 1):
         for j in range(len(b) - 1):
+            if 0 < i < len(a) - 2 and 0 < j < len(b) - 2:
+                rx = 0.5 * (b[j, 0] + b[j + 1, 0] - a[i, 0] - a[i + 1, 0])
+                ry = 0.5 * (b[j, 1] + b[j + 1, 1] - a[i, 1] - a[i + 1, 1])
+                rz = 0.5 * (b[j, 2] + b[j + 1, 2] - a[i, 2] - a[i + 1, 2])
+                square = rx * rx + ry * ry + rz * rz
+                if square > far_mm * far_mm:
+                    px, qx = b[j + 1, 0] - b[j, 0], a[i + 1, 0] - a[i, 0]
+                    py, qy = b[j + 1, 1] - b[j, 1], a[i + 1, 1] - a[i, 1]
+                    pz, qz = b[j + 1, 2] - b[j, 2], a[i + 1, 2] - a[i, 2]
+                    volume = (
+                        (py * qz - pz * qy) * rx
+                        + (pz * qx - px * qz) * ry
+                        + (px * qy - py * qx) * rz
+                    )
+                    total += volume / (square * np.sqrt(square))
+                    continue
             for k in range(3):
                 c[0, k] = b[j, k] - a[i, k]
                 c[1, k] = b[j + 1, k] - a[i, k]
@@ -78,7 +99,7 @@ def lengthened(points: np.ndarray, far: float = 4000.0) -> np.ndarray:
 def winding_turns(a: StrandPath, b: StrandPath) -> float:
     """Turns of two strands about each other, right-handed positive; nothing of synth's sums."""
     first, second = (lengthened(coarser(zone_points(p), 0.09)) for p in (a, b))
-    return float(_gauss(first, second))
+    return float(_gauss(first, second, FAR_MM))
 
 
 def end_turns(a: StrandPath, b: StrandPath) -> float:
@@ -151,7 +172,7 @@ def test_linked_turns_reported_add_up(states) -> None:
 
 def test_string_budget_closes_over_200_random_states(states) -> None:
     """Arc length by quadrature of a spline through every third point agrees with the truth's."""
-    for settings, state, paths in states[::4]:
+    for settings, state, paths in states:
         view = place(settings.camera, state.zone_mm)
         row = frame_truth(settings, view, state, 1, paths).row
         lengths = [spline_length_mm(zone_points(path)) for path in paths]
