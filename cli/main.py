@@ -8,12 +8,17 @@ from __future__ import annotations
 
 import difflib
 import importlib
+import os
 import sys
+import traceback
+import warnings
 from collections.abc import Callable
 
 from tsvision.errors import InputError
 
 STOPPED = 130  # exit code after Ctrl-C
+BROKEN = 70  # exit code after a fault of the program itself
+TRACEBACK = "TSVISION_TRACEBACK"  # set to 1 to see where a fault or a library's warning comes from
 
 # verb -> (module, one line of help). A module holds a typer function or app named `command`.
 VERBS: dict[str, tuple[str, str]] = {
@@ -123,8 +128,36 @@ def _usage_problem(verb: str, problem: Exception) -> int:
 
 
 def app() -> None:
-    """Entry point: bad input ends in one line on stderr and exit code 2, never a traceback."""
-    raise SystemExit(run(sys.argv[1:]))
+    """Entry point: whatever happens ends in one line on stderr and an exit code."""
+    debugging = bool(os.environ.get(TRACEBACK))
+    if not (sys.warnoptions or debugging):
+        warnings.simplefilter("ignore")  # a library's remarks on numbers are not the user's concern
+    try:
+        code = run(sys.argv[1:])
+        sys.stdout.flush()
+    except BrokenPipeError:  # `tsvision … | head`: the reader has what it wanted
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 0
+    except Exception as fault:
+        if debugging:
+            raise
+        print(f"tsvision {sys.argv[1]}: {fault_in_words(fault)}", file=sys.stderr)
+        code = 2 if isinstance(fault, OSError) else BROKEN
+    raise SystemExit(code)
+
+
+def fault_in_words(fault: Exception) -> str:
+    """One line on an error that nobody foresaw: the system's, or a fault of the program."""
+    words = " ".join(str(fault).split())[:300]
+    if isinstance(fault, OSError) and fault.strerror:
+        return f"{fault.filename or 'the system'}: {fault.strerror}; mend that and start again"
+    frames = traceback.extract_tb(fault.__traceback__)
+    frame = ([f for f in frames if "site-packages" not in f.filename] or frames)[-1]
+    where = f"{os.path.basename(frame.filename)}, line {frame.lineno}"
+    return (
+        f"a fault in the program ({type(fault).__name__}: {words}; {where}); please report it "
+        f"with the input. {TRACEBACK}=1 shows where it comes from"
+    )
 
 
 if __name__ == "__main__":

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 
-from cli.main import VERBS, run
+from cli.main import BROKEN, TRACEBACK, VERBS, app, run
 
 
 @pytest.mark.parametrize("verb", VERBS)
@@ -35,3 +41,44 @@ def test_an_exit_code_of_a_verb_comes_through(monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr(cells, "FAILURES", ("input",))
     assert run(["validate", "--table", "dimensions", "--json"]) == 1
+
+
+def end_of(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], fault: Exception
+) -> tuple[object, str]:
+    """How the program ends, and what it says, when a verb raises."""
+
+    def verb(arguments: list[str]) -> int:
+        raise fault
+
+    monkeypatch.setattr("cli.main.run", verb)
+    monkeypatch.setattr("sys.argv", ["tsvision", "measure"])
+    with pytest.raises(SystemExit) as stop:
+        app()
+    return stop.value.code, capsys.readouterr().err
+
+
+def test_a_fault_of_the_program_is_one_line_that_says_where(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv(TRACEBACK, raising=False)
+    code, said = end_of(monkeypatch, capsys, ValueError("not finite\nin two lines"))
+    assert code == BROKEN and said.count("\n") == 1
+    assert "ValueError: not finite in two lines" in said and "test_usage.py, line" in said
+    code, said = end_of(monkeypatch, capsys, PermissionError(13, "Permission denied", "a/b"))
+    assert code == 2 and said.startswith("tsvision measure: a/b: Permission denied")
+    monkeypatch.setenv(TRACEBACK, "1")
+    with pytest.raises(ValueError, match="seen"):
+        end_of(monkeypatch, capsys, ValueError("seen"))
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash on this machine")
+def test_a_reader_that_leaves_early_meets_silence() -> None:
+    tool = f"{shlex.quote(sys.executable)} -m cli.main predict --paper 2 --turns 0:9000:0.1"
+    done = subprocess.run(
+        ["bash", "-c", f"{tool} | head -1"],
+        cwd=Path(__file__).parents[2],
+        capture_output=True,
+        text=True,
+    )
+    assert done.stdout.startswith("turns,displacement_mm") and done.stderr == ""
