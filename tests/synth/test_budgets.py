@@ -18,7 +18,6 @@ from synth.state import State
 from synth.strands import StrandPath, arc_length_mm, strand_paths
 from synth.truth import frame_truth
 
-
 FAR_MM = 2.0  # between segments of 0.09 mm: the integrand at their middles is exact to 2e-4 turns
 
 
