@@ -134,9 +134,12 @@ def _validated(given: dict[str, object], source: dict[str, str]) -> dict[str, Ba
             models[section] = model.model_validate(own)
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
-            key = f"{section}.{first['loc'][0]}"
+            name = str(first["loc"][0])
+            key = f"{section}.{name}"
+            example = (model.model_fields[name].examples or [""])[0]
             raise InputError(
-                f"{_shown_source(source[key])}: {key} = {given[key]!r}: {_plain_reason(first)}"
+                f"{_shown_source(source[key])}: {key} = {given[key]!r}: {_plain_reason(first)}; "
+                f"such as {name} = {example}"
             ) from None
     return models
 

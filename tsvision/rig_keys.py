@@ -4,6 +4,7 @@ the commented file of `tsvision rig init` and the docs are made from this page."
 from __future__ import annotations
 
 import math
+import re
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
@@ -16,14 +17,14 @@ def _no_truth_values(value: Any) -> Any:
 
 
 def _split_numbers(value: Any) -> Any:
-    """`0,0,1280,720` from a command line; lists from TOML pass through."""
+    """`0,0,1280,720` from a command line, brackets or none; lists from TOML pass through."""
     if isinstance(value, str):
-        return value.replace(";", " ").replace(",", " ").split()
+        return re.sub(r"[\[\](),;]", " ", value).split()
     return value
 
 
 def _split_points(value: Any) -> Any:
-    """`x,y x,y` from a command line to [[x, y], [x, y]]."""
+    """`x,y x,y` from a command line, brackets or none, to [[x, y], [x, y]]."""
     if isinstance(value, str):
         numbers = _split_numbers(value)
         if len(numbers) % 2:

@@ -66,13 +66,16 @@ def test_options_win_and_say_so(tmp_path: Path) -> None:
         tmp_path,
         FULL,
         strings__count="4",
-        view__roi_px="1,2,30,40",
+        view__roi_px="[1, 2, 30, 40]",
         camera__points_px="0,0 3.5,4",
+        view__axis_px="[[1, 2], [30, 40]]",
         camera__gamma=None,
     )
     assert rig.strings.count == 4
     assert rig.view.roi_px == (1, 2, 30, 40)
     assert rig.camera.points_px == ((0.0, 0.0), (3.5, 4.0))
+    assert rig.view.axis_px == ((1.0, 2.0), (30.0, 40.0))
+    assert load_rig(None, {"view.roi_px": "1,2,3 4"}).view.roi_px == (1, 2, 3, 4)
     assert rig.source["strings.count"] == "option"
     assert rig.source["camera.gamma"] == "not given"
 
@@ -116,7 +119,7 @@ def test_a_scale_given_by_hand_replaces_the_recipe(tmp_path: Path) -> None:
         ("[camera]\npoints_px = [[1, 2]]\n", "two points"),
         ('[view]\nseparator_side = "up"\n', "'left', 'right'"),
         ("[view]\nroi_px = [0, 0, 0, 5]\n", "size of at least 1"),
-        ("[view]\nroi_px = [0, 0, 5]\n", "roi_px"),
+        ("[view]\nroi_px = [0, 0, 5]\n", "such as roi_px = [0, 0, 1280, 720]"),
         ("[strings]\ncount = \n", "no valid TOML"),
         ("[strings]\ncount = 2\ncount = 3\n", "no valid TOML"),
     ],
