@@ -93,7 +93,7 @@ def run(job: tuple[str, tuple]) -> dict[str, Any]:
         "status": verdict.status,
         "ratio": gain.get("ratio", float("nan")),
         "gain": verdict.evidence[0]["log_evidence_gain"] if verdict.evidence else 0.0,
-        "evidence": [(e["causes"], e["log_evidence_gain"]) for e in verdict.evidence[:5]],
+        "evidence": [(e["causes"], e["log_evidence_gain"]) for e in verdict.evidence[:12]],
         "p": verdict.residual["lack_of_fit_p"],
         "partly": verdict.residual.get("partly"),
         "seconds": seconds,

@@ -168,3 +168,12 @@ def test_stretch_by_hand() -> None:
     seen = outcome(MECHANISMS["axial_stretch"].extend(Simulation()), numbers)["displacement_mm"]
     way = np.hypot(23.2, 2.5)
     np.testing.assert_allclose((plain - seen)[0], 1e-3 * 5.0 * way, rtol=1e-9)
+
+
+def test_pitch_by_hand() -> None:
+    """A leg from a hole S/2 off the axis meets the helix at its lay, tan = 2π a/p; it turns by a
+    quarter, and the rest of the zone holds the other turns at the pitch p."""
+    at = conditions()
+    centre, pitch = 0.5 * 0.235, outcome(Simulation(), {})["pitch_mm"]
+    apex = 2.5 / (2 * np.pi * centre / pitch)
+    np.testing.assert_allclose(0.25 + (23.2 - apex) / pitch, at.turns, atol=1e-9)

@@ -1,7 +1,9 @@
-"""Folders that `tsvision measure` wrote, as DATA: displacement, D, helix angle, turns seen.
+"""Folders that `tsvision measure` wrote, as DATA: displacement, D and the pitch, else the angle.
 
-Each folder is a run. What a frame's flags make doubtful is left out; the rig that the measurement
-used comes from its summary, and a rig given now wins over it.
+The pitch tells the turns that lie in the strands better than angle and turns seen do: it needs
+neither the edges (D) nor the place where the strands meet. Each folder is a run. What a frame's
+flags make doubtful is left out; the rig that the measurement used comes from its summary, and a
+rig given now wins over it.
 """
 
 from __future__ import annotations
@@ -13,17 +15,22 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from tsvision.diagnosis.table import NAN, Table, table_from_rows
 from tsvision.errors import InputError
 from tsvision.records import Rig
 
 BAD = {"UNREADABLE", "WRONG_SIZE", "BLANK", "NO_BUNDLE", "TRACK_LOST", "CAMERA_MOVED"}
 NO_HELIX = {"ENVELOPE_ONLY", "NO_PITCH", "AMBIGUOUS_HARMONIC", "TOO_FEW_TURNS"}
-# The helix is read beside the separator and the turns over the part in view: as means over the
-# zone they carry a gain of their own (merging zone, ends out of view). An edge on a front-lit tube
-# is 0.5 to 2 px off, which acts on all diameters of a recording alike.
-GAIN_SD = {"diameter_mm": 0.02, "helix_angle_deg": 0.03, "twist_turns": 0.03}
-LEAST_SD = {"diameter_mm": 0.004, "helix_angle_deg": 0.2, "twist_turns": 0.1}
+# The helix is read beside the separator: as a mean over the zone it carries a gain of its own. An
+# edge on a strand lit from one side is 0.5 to 2 px off, which acts on all diameters of a recording
+# alike: what the measurement states as the diameters' uncertainty is mostly that.
+GAIN_SD = {"diameter_mm": 0.02, "helix_angle_deg": 0.03, "pitch_mm": 0.01}
+COMMON = 3.0  # times the median stated uncertainty of D
+LEAST_SD = {"diameter_mm": 0.004, "helix_angle_deg": 0.2}
+LEAST_TURNS = 0.1  # what a pitch tells of the turns in the strands, at best
+STEEPEST_RAD = math.radians(70.0)  # strands side by side cannot be laid steeper
 STRAIGHT = "twist"  # the phase in which the zone's mean helix is the one beside the separator
 HEADER = ("run", "turns", "load_N", "branch", "time_s", "cycle", "observable", "value", "value_sd")
 CONSTANTS = {
@@ -47,12 +54,20 @@ def table_from_folders(folders: Sequence[Path], rig: Rig) -> Table:
     header = [*HEADER, *CONSTANTS]
     table = table_from_rows(header, rows, rig, str(folders[0]))
     gains = {name: sd for name, sd in GAIN_SD.items() if name in table.observables}
+    if "diameter_mm" in gains:
+        gains["diameter_mm"] = math.hypot(gains["diameter_mm"], COMMON * _edges_sd(table))
     scale = _scale_sd(folders[0])
     return replace(
         table,
         gain_sd={**table.gain_sd, **gains},
         camera_sd=table.camera_sd if math.isnan(scale) else max(scale, 1e-4),
     )
+
+
+def _edges_sd(table: Table) -> float:
+    """The median uncertainty of D relative to D."""
+    rows = table.observable == table.observables.index("diameter_mm")
+    return float(np.nan_to_num(np.median(table.value_sd[rows] / table.value[rows])))
 
 
 def _run_name(folder: Path, folders: Sequence[Path]) -> str:
@@ -83,28 +98,30 @@ def _rows(folder: Path, rig: Rig, run: str) -> list[dict]:
             "cycle": _number(frame.get("cycle")),
             **{name: constants[name] for name in CONSTANTS},
         }
-        rows += [{**common, **seen} for seen in _seen(frame, flags)]
+        rows += [{**common, **seen} for seen in _seen(frame, flags, constants["twisting_zone_mm"])]
     return rows
 
 
-def _seen(frame: dict, flags: set[str]) -> list[dict]:
+def _seen(frame: dict, flags: set[str], zone_mm: float) -> list[dict]:
     """What one frame says, as observables with their standard deviations."""
     said = [("displacement_mm", _number(frame.get("displacement_mm")), NAN)]
     if not flags & {"NO_SCALE", "TOO_FEW_TURNS", "CLIPPED"}:
         said.append(
             ("diameter_mm", _number(frame.get("diameter_mm")), _number(frame.get("diameter_mm_sd")))
         )
-    if not flags & NO_HELIX and frame.get("phase") in (STRAIGHT, "", None):
-        angle, sd = (_number(frame.get(f"helix_angle_rad{end}")) for end in ("", "_sd"))
-        said.append(("helix_angle_deg", math.degrees(angle), math.degrees(sd)))
-        said.append(
-            ("twist_turns", _number(frame.get("turns_seen")), _number(frame.get("turns_seen_sd")))
-        )
+    angle, angle_sd = (_number(frame.get(f"helix_angle_rad{end}")) for end in ("", "_sd"))
+    pitch, pitch_sd = (_number(frame.get(f"pitch_mm{end}")) for end in ("", "_sd"))
+    straight = frame.get("phase") in (STRAIGHT, "", None) and not angle > STEEPEST_RAD
+    least = {**LEAST_SD, "pitch_mm": LEAST_TURNS * pitch**2 / zone_mm}
+    if straight and not flags & NO_HELIX and not math.isnan(least["pitch_mm"]):
+        said.append(("pitch_mm", pitch, pitch_sd))
+    elif straight and not flags & NO_HELIX:
+        said.append(("helix_angle_deg", math.degrees(angle), math.degrees(angle_sd)))
     return [
         {
             "observable": name,
             "value": value,
-            "value_sd": NAN if math.isnan(sd) else math.hypot(sd, LEAST_SD[name]),
+            "value_sd": NAN if math.isnan(sd) else math.hypot(sd, least[name]),
         }
         for name, value, sd in said
         if not math.isnan(value)

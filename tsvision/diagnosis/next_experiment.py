@@ -41,7 +41,7 @@ def propose(
     best: tuple[float, Proposal] | None = None
     design = _grid(problem)
     for observable in OBSERVABLES:
-        if observable in skip:
+        if observable in skip or observable == "pitch_mm":  # the helix angle says the same
             continue
         if observable == "torque_Nmm" and not np.all(np.isfinite(design.load_N)):
             continue

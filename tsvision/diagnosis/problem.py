@@ -17,6 +17,7 @@ from tsvision.diagnosis.table import Table
 from tsvision.mechanisms.shelf import Parameter, Reference, Simulation
 
 OFFSET_SD_MM = 0.1
+LEGS_SD = 0.1  # relative: no separator leads the strings quite straight to where they meet
 TAIL = 4.0
 # Nothing is read better than this; keeps noise-free (simulated) data from infinite certainty.
 LEAST_NOISE = {
@@ -25,6 +26,7 @@ LEAST_NOISE = {
     "helix_angle_deg": 0.05,
     "hole_distance_mm": 0.005,
     "twist_turns": 0.01,
+    "pitch_mm": 0.003,
     "torque_Nmm": 0.02,
 }
 
@@ -36,6 +38,7 @@ USUAL_NOISE = {
     "helix_angle_deg": 0.4,
     "hole_distance_mm": 0.03,
     "twist_turns": 0.1,
+    "pitch_mm": 0.02,
     "torque_Nmm": 0.15,
 }
 USUAL_SD = 1.0  # of the log of (noise / usual noise)
@@ -101,6 +104,9 @@ class Problem:
         camera = ONE
         if "camera" in self.columns:
             camera = 1.0 + table.camera_sd * z[:, self.columns.index("camera")][:, None]
+        legs = ONE
+        if "legs" in self.columns:
+            legs = 1.0 + LEGS_SD * z[:, self.columns.index("legs")][:, None]
         return start_state(
             at,
             self.reference,
@@ -108,6 +114,7 @@ class Problem:
             zone_mm=at.twisting_zone_mm + table.zone_sd_mm * z[:, zones][:, self.zone_group],
             hole_mm=at.hole_distance_mm + table.hole_sd_mm * z[:, holes][:, self.hole_group],
             camera=camera,
+            legs=legs,
         )
 
 
@@ -121,8 +128,10 @@ def prepare(table: Table, base: str = "constant_radius") -> Problem:
     columns = [f"radius{g}" for g in range(radius_group.max() + 1)]
     columns += [f"zone{g}" for g in range(zone_group.max() + 1)]
     columns += [f"hole{g}" for g in range(hole_group.max() + 1)]
-    if {"diameter_mm", "hole_distance_mm"} & set(table.observables):
+    if {"diameter_mm", "hole_distance_mm", "pitch_mm"} & set(table.observables):
         columns.append("camera")
+    if "pitch_mm" in table.observables:
+        columns.append("legs")
     columns += [f"gain {name}" for name in table.gain_sd]
     scale, usual, sure = _row_scale(table)
     return Problem(

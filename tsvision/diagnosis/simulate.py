@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 
 from tsvision.mechanisms.shelf import STAGES, Conditions, Reference, Simulation, State
-from tsvision.models import MODELS
+from tsvision.models import MODELS, SECTIONS
 from tsvision.units import RAD_PER_TURN
 
 ONE = np.ones((1, 1))
@@ -21,6 +22,7 @@ def start_state(
     zone_mm: np.ndarray | None = None,
     hole_mm: np.ndarray | None = None,
     camera: np.ndarray = ONE,
+    legs: np.ndarray = ONE,
 ) -> State:
     """The actuator as stated, before any mechanism; arrays broadcast to (B, m)."""
     return State(
@@ -34,6 +36,7 @@ def start_state(
         camera=camera,
         torque_extra_Nmm=ZERO,
         coiled_rad=ZERO,
+        legs=legs,
     )
 
 
@@ -90,7 +93,35 @@ def observe(state: State, simulation: Simulation, observable: str) -> np.ndarray
         return state.hole_mm * state.camera
     if observable == "twist_turns":
         return state.alpha_rad / RAD_PER_TURN
+    if observable == "pitch_mm":
+        return _pitch_mm(state) * state.camera
     if observable == "torque_Nmm":
         slope = _base(state, simulation, "slope_mm_per_turn") / RAD_PER_TURN
         return state.at.load_N * slope + state.torque_extra_Nmm
     raise KeyError(f"no observable '{observable}'")
+
+
+def _pitch_mm(state: State) -> np.ndarray:
+    """The pitch beside the separator. The strands run straight from their holes, S/2 away, to the
+    apex, where they touch the bundle (centre radius a) at its lay: S p/(4π a) of the zone holds no
+    bundle, and they turn by a quarter on the way. So n = 1/4 + (L − S p/(4π a))/p."""
+    centre = state.radius_mm * centre_share(state.at.strings)
+    way = state.hole_mm / (2.0 * RAD_PER_TURN * centre) - 0.25
+    laid = state.alpha_rad / RAD_PER_TURN
+    return state.zone_mm / np.maximum(laid + np.maximum(way, 0.05) * state.legs, 0.05)
+
+
+def centre_share(strings: np.ndarray) -> np.ndarray:
+    """Mean distance of the strand centres from the axis over the bundle's radius, by N (m,)."""
+    counts, which = np.unique(strings, return_inverse=True)
+    return np.array([_centre_share(int(n)) for n in counts])[which.reshape(-1)]
+
+
+@cache
+def _centre_share(count: int) -> float:
+    if count < 2:
+        return 1.0
+    section = SECTIONS["pair_core" if count <= 10 else "ring"]
+    assert section.centres is not None
+    away = np.hypot(*np.asarray(section.centres(count)).T)
+    return float(2.0 * away.mean() / section.bundle_diameter_mm(count, 1.0))

@@ -26,6 +26,7 @@ NAN = float("nan")
 DEFAULT_TOLERANCE: dict[str, tuple[float, float]] = {
     "bundle_diameter_mm": (0.005, 0.003),  # a caliper that shows 0.01 mm
     "packed_diameter_mm": (0.08, 0.0),  # D from a section model, which errs by up to 13 %
+    "paired_diameter_mm": (0.02, 0.0),  # 2 d: two strings leave nothing to packing
     "twisting_zone_mm": (0.0, 0.15),
     "hole_distance_nominal_mm": (0.0, 0.10),
     "camera_scale": (0.005, 0.0),
@@ -40,7 +41,7 @@ CONSTANTS = (
 TOLERANCES = (*(f"{name}_sd" for name in CONSTANTS[1:]), "camera_scale_sd")
 COLUMNS = ("run", "turns", "load_N", "branch", "time_s", "cycle", "observable", "value", "value_sd")
 ALIASES = {"contraction_mm": "displacement_mm"}
-GAIN_SD = {"torque_Nmm": 0.03}  # gauges whose gain is not known exactly
+GAIN_SD = {"torque_Nmm": 0.03, "pitch_mm": 0.01}  # gauges whose gain is not known exactly
 LEAST_ROWS = 4
 BRANCHES = {"wind": False, "unwind": True, "": False}
 
@@ -318,9 +319,8 @@ def _conditions(
         raise InputError(f"{where}: the twisting zone must be above 0 mm and no distance negative")
     diameter, packed = _nominal_diameter(column, notes, where)
     given = column["bundle_diameter_mm_sd"]
-    share, least = (
-        np.where(packed, *(DEFAULT_TOLERANCE[n][i] for n in _DIAMETERS)) for i in range(2)
-    )
+    kind = np.where(packed, np.where(column["strings"] <= 2, 1, 2), 0)
+    share, least = np.array([DEFAULT_TOLERANCE[name] for name in _DIAMETERS])[kind].T
     string_share = column["string_diameter_mm_sd"] / column["string_diameter_mm"]
     share = np.where(packed & np.isfinite(string_share), np.hypot(share, string_share), share)
     run = np.array([runs.index(row["run"]) for row in first])
@@ -345,7 +345,7 @@ def _conditions(
     return at, [radius_sd, zone_sd, hole_sd]
 
 
-_DIAMETERS = ("packed_diameter_mm", "bundle_diameter_mm")
+_DIAMETERS = ("bundle_diameter_mm", "paired_diameter_mm", "packed_diameter_mm")
 
 
 def _need(column: np.ndarray, name: str, where: str) -> None:

@@ -113,7 +113,7 @@ MECHANISM = Mechanism(
     name="coiling",
     title="Coiling",
     claim="past an onset the bundle coils: each turn draws a constant length, torque stays flat",
-    touches=("displacement_mm", "helix_angle_deg", "twist_turns", "torque_Nmm"),
+    touches=("displacement_mm", "helix_angle_deg", "twist_turns", "torque_Nmm", "pitch_mm"),
     source="rod simulation of two strands; the paper's almost linear contraction past 20 turns",
     shapes=(
         Shape(

@@ -31,7 +31,7 @@ MECHANISM = Mechanism(
     name="hole_distance",
     title="Hole distance off",
     claim="the separator's holes are another distance S apart than stated (or S was left out)",
-    touches=("displacement_mm", "hole_distance_mm", "torque_Nmm"),
+    touches=("displacement_mm", "hole_distance_mm", "torque_Nmm", "pitch_mm"),
     source="the paper's S; earlier models leave it out (S = 0)",
     shapes=(
         _MAIN,

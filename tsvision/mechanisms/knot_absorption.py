@@ -65,7 +65,7 @@ MECHANISM = Mechanism(
     name="knot_absorption",
     title="Knots take up turns",
     claim="past an onset knots take up a share of every turn: displacement and angle lag",
-    touches=("displacement_mm", "helix_angle_deg", "twist_turns", "torque_Nmm"),
+    touches=("displacement_mm", "helix_angle_deg", "twist_turns", "torque_Nmm", "pitch_mm"),
     source="the paper's knots from 60 turns on; a turn that makes a knot lays no helix",
     shapes=(
         _MAIN,

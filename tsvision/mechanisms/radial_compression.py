@@ -106,7 +106,7 @@ MECHANISM = Mechanism(
     name="radial_compression",
     title="Radial compression",
     claim="the strings' tension squeezes the bundle thinner, more with load and with helix angle",
-    touches=("displacement_mm", "diameter_mm", "helix_angle_deg", "torque_Nmm"),
+    touches=("displacement_mm", "diameter_mm", "helix_angle_deg", "torque_Nmm", "pitch_mm"),
     source="T = F/(N cos β); the paper's life-cycle table suggests r falling as a weak power of T",
     shapes=(
         _MAIN,

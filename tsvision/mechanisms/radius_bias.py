@@ -52,7 +52,7 @@ MECHANISM = Mechanism(
     name="radius_bias",
     title="Radius off",
     claim="the strings turn at another radius than half the stated diameter at all turns",
-    touches=("displacement_mm", "diameter_mm", "helix_angle_deg", "torque_Nmm"),
+    touches=("displacement_mm", "diameter_mm", "helix_angle_deg", "torque_Nmm", "pitch_mm"),
     source="the paper takes r = D/2; a rod simulation follows the strand centres, r = (D - d)/2",
     shapes=(
         _MAIN,

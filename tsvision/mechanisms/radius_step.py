@@ -71,7 +71,7 @@ MECHANISM = Mechanism(
     name="radius_step",
     title="Step of the radius",
     claim="past an onset the bundle is thicker (or thinner): a layer forms, the section flips",
-    touches=("displacement_mm", "diameter_mm", "helix_angle_deg", "torque_Nmm"),
+    touches=("displacement_mm", "diameter_mm", "helix_angle_deg", "torque_Nmm", "pitch_mm"),
     source="change of packing of the section; overtwisted bundles thicken in mid-span",
     shapes=(
         _MAIN,

@@ -20,6 +20,7 @@ OBSERVABLES: dict[str, str] = {
     "helix_angle_deg": "deg",
     "hole_distance_mm": "mm",
     "twist_turns": "turns",
+    "pitch_mm": "mm",
     "torque_Nmm": "N mm",
 }
 
@@ -102,7 +103,8 @@ class State:
     """The actuator while the stages run; arrays broadcast to (B, m), B parameter sets at once.
 
     `alpha_rad` is the rotation that lays the strands, `coiled_rad` what coils took up instead,
-    `camera` the factor by which the camera enlarges, `torque_extra_Nmm` torque beyond F dx/dα.
+    `camera` the factor by which the camera enlarges, `torque_extra_Nmm` torque beyond F dx/dα,
+    `legs` a factor on the turns that the way from the holes to the bundle is worth.
     """
 
     at: Conditions
@@ -115,6 +117,7 @@ class State:
     camera: np.ndarray
     torque_extra_Nmm: np.ndarray
     coiled_rad: np.ndarray
+    legs: np.ndarray
 
     def cos_helix(self) -> np.ndarray:
         """cos β of the zone's mean helix, tan β = α r / L."""

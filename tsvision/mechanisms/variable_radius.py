@@ -23,7 +23,7 @@ MECHANISM = Mechanism(
     name="variable_radius",
     title="Radius grows with contraction",
     claim="the string drawn in thickens the bundle: r grows as a power of (L + x)/L",
-    touches=("displacement_mm", "diameter_mm", "helix_angle_deg", "torque_Nmm"),
+    touches=("displacement_mm", "diameter_mm", "helix_angle_deg", "torque_Nmm", "pitch_mm"),
     source="the variable-radius model that the paper compares with (there the power is 1/2)",
     shapes=(
         Shape(
