@@ -17,11 +17,11 @@ def command(
             "--out", "-o", help="Default: rig.toml beside the frames, NAME.rig.toml of a film."
         ),
     ] = None,
-    frame: Annotated[int, typer.Option(help="The frame to show, from 0.")] = 0,
+    frame: Annotated[int, typer.Option(help="The frame to show first, from 0.")] = 0,
     port: Annotated[int, typer.Option(help="Port on 127.0.0.1; 0 takes a free one.")] = 0,
     browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
 ) -> None:
-    """Show the first frame with what was found, let it be dragged right, write rig.toml.
+    """Show a frame with what was found in it, let it be dragged right, write rig.toml.
 
     The page is served on 127.0.0.1 alone, under an address that holds a random token, until the
     file is saved or Ctrl-C is pressed.

@@ -82,12 +82,13 @@ def test_odd_bodies_are_refused(served: tuple[SetupServer, Path]) -> None:
 
 def test_looking_again_measures_with_the_fields_given(served: tuple[SetupServer, Path]) -> None:
     server, _ = served
-    status, reply = request(server, "POST", f"/{server.token}/try", {"strings.count": "2"})
+    ask = f"/{server.token}/try"
+    status, reply = request(server, "POST", ask, {"strings.count": "2", "frame": 3})
     found = json.loads(reply)
     assert status == 200
     assert found["found"] is True
     assert found["paths"]["upper"].startswith("M")
-    status, reply = request(server, "POST", f"/{server.token}/try", {"strings.count": "0"})
+    status, reply = request(server, "POST", ask, {"strings.count": "0", "frame": 3})
     assert "strings.count" in json.loads(reply)["problem"]
 
 
@@ -99,7 +100,7 @@ def test_saving_writes_the_file_and_ends_the_server(tmp_path: Path) -> None:
     thread = threading.Thread(target=server.serve)
     thread.start()
     fields = {"strings.count": "2", "view.roi_px": [10, 20, 300, 200], "camera.mm_per_px": "0,023"}
-    status, reply = request(server, "POST", f"/{server.token}/save", fields)
+    status, reply = request(server, "POST", f"/{server.token}/save", {**fields, "frame": 0})
     assert (status, json.loads(reply)["saved"]) == (200, str(rig))
     thread.join(10)
     assert not thread.is_alive()
@@ -165,6 +166,24 @@ def test_the_frame_shown_can_be_chosen(tmp_path: Path) -> None:
         first_readable(recording, 24)
 
 
+def test_the_page_asks_for_another_frame_and_a_failure_is_told(
+    served: tuple[SetupServer, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server, _ = served
+    ask = f"/{server.token}/"
+    shown = json.loads(request(server, "POST", ask + "frame", {"frame": 7})[1])
+    assert shown["frame"] == 7 and shown["href"].startswith("data:image/jpeg")
+    for wrong in ({"frame": 24}, {"frame": "7"}, {"frame": True}, {}):
+        assert "frame" in json.loads(request(server, "POST", ask + "frame", wrong)[1])["problem"]
+
+    def fails(*given: Any) -> dict[str, Any]:
+        raise ZeroDivisionError("no ground")
+
+    monkeypatch.setattr("tsvision.report.setup.try_rig", fails)
+    status, reply = request(server, "POST", ask + "try", {"frame": 7})
+    assert status == 200 and "ZeroDivisionError: no ground" in json.loads(reply)["problem"]
+
+
 def test_names_stay_text(tmp_path: Path) -> None:
     made = write_fake(tmp_path, name="<script>alert(1)<_script>_{:03d}.png")
     server = make_server(open_recording(made.recording_dir), tmp_path / "rig.toml")
@@ -174,5 +193,5 @@ def test_names_stay_text(tmp_path: Path) -> None:
     server.stop()
     thread.join(10)
     assert status == 200
-    assert b"&lt;script&gt;alert(1)" in page
+    assert rb"\u003cscript\u003ealert(1)" in page
     assert b"<script>alert" not in page

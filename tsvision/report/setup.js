@@ -2,6 +2,7 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const SVG = "http://www.w3.org/2000/svg", byId = (id) => document.getElementById(id);
 const view = byId("view"), form = byId("form"), { width: W, height: H } = data.picture;
+const image = view.querySelector("image"), frame = byId("frame"), slide = byId("slide");
 const start = data.fields;
 
 // Handles in the frame's own pixels: two corners of the region, two ends of the ruler, and the
@@ -104,9 +105,33 @@ function makeHandles() {
 }
 
 async function post(name) {
-  const reply = await fetch(name, { method: "POST", body: JSON.stringify(fields()) });
+  const sent = { ...fields(), frame: shown };
+  const reply = await fetch(name, { method: "POST", body: JSON.stringify(sent) });
   if (!reply.ok) throw new Error("the program did not answer; is it still running?");
   return reply.json();
+}
+
+let shown = data.picture.frame;
+
+function show(picture) {
+  shown = picture.frame;
+  image.setAttribute("href", picture.href);
+  byId("file").textContent = `of 0 to ${data.frames - 1}: ${picture.file}`;
+  frame.value = slide.value = shown;
+}
+
+// Another frame: the picture first, then what is found in it.
+async function choose(number) {
+  if (!Number.isInteger(number) || number === shown) return;
+  const before = shown;
+  shown = number;
+  try {
+    const picture = await post("frame");
+    if (!picture.problem && picture.width === W && picture.height === H) { show(picture); return await look(); }
+    shown = before;
+    say(picture.problem || "That frame is of another size.");
+  } catch (problem) { shown = before; say(problem.message); }
+  frame.value = slide.value = shown;
 }
 
 function say(text) { byId("message").textContent = text; }
@@ -131,7 +156,7 @@ async function look() {
     const [face, far] = found.axis;
     if (face && far && !byId("use-axis").checked) { [F.x, F.y] = face; [C.x, C.y] = inside(face, far); }
     draw();
-    say(found.found ? "Found; is it right?" : "No bundle was found: draw the region around it, or name the separator's side.");
+    say(found.found ? "Found; is it right?" : "No bundle was found: choose a frame in which the strings are twisted, draw the region around it, or name the separator's side.");
   } catch (problem) { say(problem.message); }
   finally { byId("try").disabled = false; }
 }
@@ -171,9 +196,13 @@ function fill() {
   form.elements.scale.value = kind;
 }
 
-const image = view.querySelector("image");
 view.setAttribute("viewBox", `-0.5 -0.5 ${W} ${H}`);
-for (const [key, value] of Object.entries({ href: data.picture.href, x: -0.5, y: -0.5, width: W, height: H })) image.setAttribute(key, value);
+for (const [key, value] of Object.entries({ x: -0.5, y: -0.5, width: W, height: H })) image.setAttribute(key, value);
+frame.max = slide.max = data.frames - 1;
+show(data.picture);
+byId("frames").hidden = data.frames < 2;
+frame.addEventListener("change", () => choose(frame.valueAsNumber));
+slide.addEventListener("change", () => choose(slide.valueAsNumber));
 makeHandles();
 fill();
 draw();

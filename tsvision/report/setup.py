@@ -12,6 +12,7 @@ from tsvision.report.setup_server import SetupServer
 from tsvision.report.setup_state import (
     Measure,
     first_readable,
+    frame_in,
     given_rig,
     save_rig,
     show_frame,
@@ -40,36 +41,40 @@ def make_server(
 ) -> SetupServer:
     """A server, not yet serving, for this recording; saving writes `rig_path` and stops it.
 
-    `start` is the frame shown (or the next that is readable); `measure` replaces the measuring of
-    frames (for tests). InputError when no frame is readable.
+    `start` is the frame shown first (or the next that is readable); the page can ask for others.
+    `measure` replaces the measuring of frames (for tests). InputError when no frame is readable.
     """
     frame = first_readable(recording, start)
-    shown = show_frame(frame)
     measuring, one = measure or measure_one, threading.Lock()
 
+    def show(fields: dict[str, Any]) -> dict[str, Any]:
+        return show_frame(first_readable(recording, frame_in(fields)))
+
     def look(fields: dict[str, Any]) -> dict[str, Any]:
+        index = frame_in(fields)
         with one:  # measuring twice at once would only be slower
-            return try_rig(recording, frame.index, given_rig(fields), measuring)
+            return try_rig(recording, index, given_rig(fields), measuring)
 
     def save(fields: dict[str, Any]) -> dict[str, Any]:
+        frame_in(fields)
         old = save_rig(rig_path, fields)
         server.stop()
         return {"saved": str(rig_path), "old": str(old) if old else None}
 
     data = {
-        "picture": {"href": shown.href, "width": shown.width_px, "height": shown.height_px},
+        "picture": show_frame(frame),
+        "frames": len(recording.files),
         "fields": {k: v for k, v in rig_values(recording.rig).items() if v is not None},
     }
     page = render(
         "setup.html",
         data=data,
         title=recording.source.resolve().name,
-        file=frame.file,
         rig_path=str(rig_path),
         exists=rig_path.exists(),
         typed=[(key, *_words(key)) for key in _TYPED],
     )
-    server = SetupServer(page, {"try": look, "save": save}, port)
+    server = SetupServer(page, {"frame": show, "try": look, "save": save}, port)
     return server
 
 

@@ -60,6 +60,10 @@ def _answer(work: Answer, fields: dict[str, Any]) -> dict[str, Any]:
         return work(fields)
     except InputError as problem:
         return {"problem": str(problem)}
+    except Exception as fault:  # told on the page, which goes on; a dead thread would be silent
+        words = " ".join(str(fault).split())[:200]
+        kind = type(fault).__name__
+        return {"problem": f"the program failed ({kind}: {words}); try another frame or region"}
 
 
 def _handler(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,16 +23,6 @@ _PICTURE_BYTES = 600_000
 Measure = Callable[[Recording, int], FrameResult]
 
 
-@dataclass(frozen=True)
-class Shown:
-    """One frame as the page shows it: JPEG address, and the frame's own size in px."""
-
-    href: str
-    width_px: int
-    height_px: int
-    index: int
-
-
 def first_readable(recording: Recording, start: int = 0) -> Frame:
     """The first frame from `start` on that can be decoded; InputError when there is none."""
     if not 0 <= start < len(recording.files):
@@ -45,12 +35,28 @@ def first_readable(recording: Recording, start: int = 0) -> Frame:
     raise InputError(f"{recording.source}: no frame can be decoded, so there is nothing to show")
 
 
-def show_frame(frame: Frame) -> Shown:
-    """Shrink the frame for the page; points on the page stay in the frame's own pixels."""
+def frame_in(fields: dict[str, Any]) -> int:
+    """Take the frame's number out of what the page sent; the rest are the rig's fields."""
+    number = fields.pop("frame", None)
+    if type(number) is not int:
+        raise InputError(f"frame {number!r}: must be a whole number from 0 on")
+    return number
+
+
+def show_frame(frame: Frame) -> dict[str, Any]:
+    """A frame for the page, shrunk: its JPEG's address, its name, and its own size in px, in
+    which points on the page are given."""
     assert frame.pixels is not None
     small = fit_within(display_bgr(frame.pixels), 1920, 1440)
     height, width = frame.pixels.shape[:2]
-    return Shown(data_uri(jpeg_within(small, _PICTURE_BYTES), "jpeg"), width, height, frame.index)
+    href = data_uri(jpeg_within(small, _PICTURE_BYTES), "jpeg")
+    return {
+        "href": href,
+        "width": width,
+        "height": height,
+        "frame": frame.index,
+        "file": frame.file,
+    }
 
 
 def given_rig(fields: dict[str, Any]) -> Rig:
