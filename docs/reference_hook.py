@@ -75,6 +75,8 @@ COLUMNS: dict[str, str] = {
     "lower_px": "the other edge",
     "width_mm": "width of the silhouette",
     "envelope_mm": "E(s): outer diameter about the zone's straight axis",
+    "axis_x_px": "where the axis bows: its point in the picture; empty where it is straight",
+    "axis_y_px": "the same",
 }
 
 _PACKAGES = (

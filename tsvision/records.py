@@ -136,7 +136,8 @@ class KnotSighting:
 class Profile:
     """Silhouette along the axis: all arrays (M,). `upper_px`/`lower_px` are signed distances of
     the two edges from the axis along n = (-u_y, u_x), u from the separator to the connector;
-    `envelope_mm` is E(s), the outer diameter about the zone's straight axis."""
+    `envelope_mm` is E(s), the outer diameter about the zone's straight axis. Where the axis itself
+    bows, `axis_x_px` and `axis_y_px` are its points in the picture; None where it is straight."""
 
     s_mm: np.ndarray
     s_px: np.ndarray
@@ -144,6 +145,8 @@ class Profile:
     lower_px: np.ndarray
     width_mm: np.ndarray
     envelope_mm: np.ndarray
+    axis_x_px: np.ndarray | None = None
+    axis_y_px: np.ndarray | None = None
 
 
 @dataclass(frozen=True)

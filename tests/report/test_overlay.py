@@ -73,6 +73,31 @@ def test_an_axis_in_view_only_from_mid_zone_still_counts_s_from_the_separator() 
     np.testing.assert_allclose(trace_frame(late, straight_profile()).upper[0], (20, 68))
 
 
+def test_lines_follow_a_bowed_axis() -> None:
+    radius = 400.0
+    s_px = np.arange(301, dtype=float)
+    turn = s_px / radius  # an arc about (0, 0), from (radius, 0) on, clockwise as seen (y down)
+    arc = radius * np.column_stack([np.cos(turn), np.sin(turn)])
+    flat = np.full(301, 8.0)
+    mm = 0.025
+    profile = Profile(
+        s_px * mm, s_px, flat, -flat, 16 * flat / 8 * mm, flat * 2.5 * mm, arc[:, 0], arc[:, 1]
+    )
+    row = replace(ROW, separator_x_px=np.nan, separator_y_px=np.nan, apex_x_px=arc[40, 0])
+    row = replace(row, apex_y_px=arc[40, 1])
+    knot = KnotSighting(mm * 150, 0.5, 1.0, centre_x_px=arc[150, 0], centre_y_px=arc[150, 1])
+    trace = trace_frame(row, profile, [knot])
+    inner, outer = (np.linalg.norm(line, axis=1) for line in (trace.upper, trace.lower))
+    np.testing.assert_allclose(inner, radius - 8, atol=1e-3)  # n points to the arc's centre
+    np.testing.assert_allclose(outer, radius + 8, atol=1e-3)
+    np.testing.assert_allclose(np.linalg.norm(trace.envelope_upper, axis=1), radius - 10, atol=1e-3)
+    np.testing.assert_allclose(trace.axis, arc)
+    (box,) = trace.knots
+    assert np.ptp(np.arctan2(box[:, 1], box[:, 0])) * radius == pytest.approx(20, abs=1e-3)
+    near = np.arctan2(trace.near_region[:, 1], trace.near_region[:, 0]) * radius
+    assert (near.min(), near.max()) == pytest.approx((40, 140), abs=1e-3)
+
+
 def test_a_drawn_edge_is_where_it_was_measured() -> None:
     frame = np.zeros((120, 240), np.uint8)
     picture = draw_overlay(frame, ROW, straight_profile(), zoom=1, caption=False)

@@ -45,7 +45,9 @@ class Profiles:
             return None
         columns = {n: part[n].to_numpy(float) for n in _COLUMNS if n in part.columns}
         columns.setdefault("s_px", columns["s_mm"] / mm_per_px)
-        return Profile(**columns)
+        bowed = np.isfinite(columns.get("axis_x_px", [np.nan])).all()
+        kept = {n: v for n, v in columns.items() if bowed or not n.startswith("axis_")}
+        return Profile(**kept)
 
     def chunks(self) -> Iterator[pd.DataFrame]:
         """All profiles in order, one table a row group."""

@@ -100,7 +100,11 @@ class ProfileWriter:
         count = len(profile.s_mm)
         columns = [pa.array(np.full(count, frame, dtype=np.int64))]
         for f in fields(Profile):
-            columns.append(_or_null(np.asarray(getattr(profile, f.name), dtype=np.float32)))
+            values = getattr(profile, f.name)
+            known = values is not None
+            columns.append(
+                _or_null(np.asarray(values, np.float32)) if known else pa.nulls(count, pa.float32())
+            )
         self._waiting.append(pa.record_batch(columns, schema=PROFILES))
         self._rows += count
         if self._rows >= _ROWS_A_GROUP:
