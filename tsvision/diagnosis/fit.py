@@ -76,6 +76,8 @@ class _Layout:
             else:
                 self.ridge[i], self.centre[i] = UNIFORM_RIDGE, 0.5
                 self.log_prior += 0.5 * float(np.log(2 * np.pi))
+        self.shaping = np.zeros(self.total, dtype=bool)
+        self.shaping[self.nz : self.moved] = [p.null is None for _, p in self.keys]
         self.curved = np.array([p.prior == "normal" for _, p in self.keys], dtype=bool)
 
     def penalty(self, theta: np.ndarray) -> np.ndarray:
@@ -271,13 +273,14 @@ def _descend(
     noise = Noise(problem, sigma, rho)
     rows, jacobian = _rows_and_jacobian(problem, simulation, layout, theta[None])
     innovation = noise.whiten(value - rows[0])
+    still = np.zeros(layout.total, dtype=bool)
     for _ in range(most_steps):
         weight = _weights(innovation, problem.tail)
         white = noise.whiten(jacobian)[0]
         heavy = white * weight[:, None]
         normal = heavy.T @ white
         cost = _minus_log_likelihood(innovation, noise) + layout.penalty(theta)
-        step = _bounded_step(layout, theta, innovation, heavy, normal, damping)
+        step = _bounded_step(layout, theta, innovation, heavy, normal, damping, still)
         trial = layout.clip(theta + step)
         new_rows, new_jacobian = _rows_and_jacobian(problem, simulation, layout, trial[None])
         new_innovation = noise.whiten(value - new_rows[0])
@@ -285,8 +288,11 @@ def _descend(
         if np.isfinite(gain) and gain >= 0:
             theta, rows, jacobian, innovation = trial, new_rows, new_jacobian, new_innovation
             damping = max(damping * 0.2, 1e-9)
+            still = np.zeros(layout.total, dtype=bool)
         else:
-            damping *= 8.0
+            # An onset on a turn level is a kink, where the slope misleads: next time without it.
+            still = np.zeros_like(still) if still.any() else layout.shaping
+            damping *= 1.0 if still.any() else 8.0
             gain = 1.0 if damping < 1e6 else 0.0
         # The leverage changes little in a step: the old linearisation serves for the noise.
         leverage, _ = _leverage(layout, white, heavy, normal)
@@ -309,13 +315,15 @@ def _bounded_step(
     heavy: np.ndarray,
     normal: np.ndarray,
     damping: float,
+    still: np.ndarray,
 ) -> np.ndarray:
-    """A step that holds those parameters still that would leave their bounds."""
+    """A step that holds `still` parameters, and those that would leave their bounds."""
     slope = heavy.T @ innovation - layout.ridge * (theta - layout.centre)
     index = np.arange(layout.total)
     damped = normal.copy()
     damped[index, index] = damped[index, index] * (1.0 + damping) + layout.ridge
     held = ((theta <= layout.low) & (slope < 0)) | ((theta >= layout.high) & (slope > 0))
+    held = held | still
     if not held.any():
         return np.linalg.solve(damped, slope)
     free = np.flatnonzero(~held)

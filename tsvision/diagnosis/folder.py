@@ -32,6 +32,7 @@ LEAST_SD = {"diameter_mm": 0.004, "helix_angle_deg": 0.2}
 LEAST_TURNS = 0.1  # what a pitch tells of the turns in the strands, at best
 STEEPEST_RAD = math.radians(70.0)  # strands side by side cannot be laid steeper
 STRAIGHT = "twist"  # the phase in which the zone's mean helix is the one beside the separator
+KNOTTED = {"knotted", "irreversible"}  # from here on, knots keep turns that the motor takes back
 HEADER = ("run", "turns", "load_N", "branch", "time_s", "cycle", "observable", "value", "value_sd")
 CONSTANTS = {
     "strings": "strings.count",
@@ -54,11 +55,16 @@ def table_from_folders(folders: Sequence[Path], rig: Rig) -> Table:
     header = [*HEADER, *CONSTANTS]
     table = table_from_rows(header, rows, rig, str(folders[0]))
     gains = {name: sd for name, sd in GAIN_SD.items() if name in table.observables}
+    drifts = {}
     if "diameter_mm" in gains:
         gains["diameter_mm"] = math.hypot(gains["diameter_mm"], COMMON * _edges_sd(table))
+        # What acts on all diameters alike still wanders with the strands' shading.
+        seen = table.value[table.observable == table.observables.index("diameter_mm")]
+        drifts["diameter_mm"] = _edges_sd(table) * float(np.median(seen))
     scale = _scale_sd(folders[0])
     return replace(
         table,
+        drifts=drifts,
         gain_sd={**table.gain_sd, **gains},
         camera_sd=table.camera_sd if math.isnan(scale) else max(scale, 1e-4),
     )
@@ -79,7 +85,8 @@ def _run_name(folder: Path, folders: Sequence[Path]) -> str:
 def _rows(folder: Path, rig: Rig, run: str) -> list[dict]:
     frames, summary = _read(folder)
     constants = _constants(summary.get("rig") or {}, rig)
-    peak = -math.inf
+    zone_mm = constants["twisting_zone_mm"]
+    peak, knotted = -math.inf, False
     turned = [abs(_number(f.get("turns"))) for f in frames]
     most = max((t for t in turned if not math.isnan(t)), default=NAN)
     rows = []
@@ -88,6 +95,8 @@ def _rows(folder: Path, rig: Rig, run: str) -> list[dict]:
         if math.isnan(turns) or flags & BAD:
             continue
         peak = max(peak, turns)
+        phase = frame.get("phase") or STRAIGHT
+        knotted = knotted or phase in KNOTTED
         load = _number(frame.get("load_N"))
         common = {
             "run": run,
@@ -98,12 +107,14 @@ def _rows(folder: Path, rig: Rig, run: str) -> list[dict]:
             "cycle": _number(frame.get("cycle")),
             **{name: constants[name] for name in CONSTANTS},
         }
-        rows += [{**common, **seen} for seen in _seen(frame, flags, constants["twisting_zone_mm"])]
+        straight = phase == STRAIGHT and not knotted
+        rows += [{**common, **seen} for seen in _seen(frame, flags, zone_mm, straight)]
     return rows
 
 
-def _seen(frame: dict, flags: set[str], zone_mm: float) -> list[dict]:
-    """What one frame says, as observables with their standard deviations."""
+def _seen(frame: dict, flags: set[str], zone_mm: float, straight: bool) -> list[dict]:
+    """What one frame says, as observables with their standard deviations. Where the bundle is not
+    `straight`, its pitch does not tell the turns."""
     said = [("displacement_mm", _number(frame.get("displacement_mm")), NAN)]
     if not flags & {"NO_SCALE", "TOO_FEW_TURNS", "CLIPPED"}:
         said.append(
@@ -111,7 +122,7 @@ def _seen(frame: dict, flags: set[str], zone_mm: float) -> list[dict]:
         )
     angle, angle_sd = (_number(frame.get(f"helix_angle_rad{end}")) for end in ("", "_sd"))
     pitch, pitch_sd = (_number(frame.get(f"pitch_mm{end}")) for end in ("", "_sd"))
-    straight = frame.get("phase") in (STRAIGHT, "", None) and not angle > STEEPEST_RAD
+    straight = straight and not angle > STEEPEST_RAD
     least = {**LEAST_SD, "pitch_mm": LEAST_TURNS * pitch**2 / zone_mm}
     if straight and not flags & NO_HELIX and not math.isnan(least["pitch_mm"]):
         said.append(("pitch_mm", pitch, pitch_sd))

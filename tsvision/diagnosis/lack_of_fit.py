@@ -14,13 +14,14 @@ import numpy as np
 from scipy.special import fdtrc
 
 from tsvision.diagnosis.fit import Fit
-from tsvision.diagnosis.problem import Problem
+from tsvision.diagnosis.problem import USUAL_NOISE, Problem
 
 RHO_GRID = np.arange(0.0, 0.91, 0.1)
 MOST_NODES = 16
 DEGREE = 3
 OUTLIER = 5.0  # studentised residual
 MOST_OUTLIERS = 0.1  # share of the rows that may be left out beyond those the fit distrusts
+TRIFLE = 0.2  # of what such readings are usually good to: structure that small is none
 DISTRUSTED = 0.25  # Student-t weight: beyond about four times the noise
 PLACES = {
     "turns": "along turns, alike in all runs",
@@ -56,6 +57,7 @@ def lack_of_fit(problem: Problem, fitted: Fit) -> LackOfFit:
     rho, rho_sd = np.zeros(len(table.observables)), np.full(len(table.observables), 0.3)
     structured: dict[str, float] = {}
     tests: list[tuple[float, str, str]] = []
+    tested = False
     for k, name in enumerate(table.observables):
         rows = np.flatnonzero(table.observable == k)
         design = _own_design(fitted.jacobian[rows])
@@ -81,9 +83,12 @@ def lack_of_fit(problem: Problem, fitted: Fit) -> LackOfFit:
         telling = min(found, key=lambda s: min(s.tests.values(), default=1.0))
         smooth[rows] = telling.smooth
         structured[name] = telling.structured
+        tested = True
+        if telling.structured < table.drifts.get(name, TRIFLE * USUAL_NOISE[name]):
+            continue
         tests += [(p, place, name) for s in found for place, p in s.tests.items()]
     if not tests:
-        return LackOfFit(1.0, "", "", structured, smooth, rho, rho_sd, tested=False)
+        return LackOfFit(1.0, "", "", structured, smooth, rho, rho_sd, tested)
     p, place, observable = min(tests)
     p = min(1.0, p * len(tests))
     return LackOfFit(p, place, observable, structured, smooth, rho, rho_sd, tested=True)

@@ -18,7 +18,8 @@ ALARM = 5.0  # log evidence that a cause must gain over the base
 LARGER = 5.0  # more, for each cause beyond the first, where no smaller set is over the alarm
 CLASS_WIDTH = 3.0  # sets this close to the best cannot be told from it
 FIRST_PARTNERS = 5  # mechanisms that are tried as the first of a pair
-PAIRS_REFINED = 12
+PAIRS_REFINED = 14
+BY_TOTAL = 2 / 3  # of them by the evidence expected in all, the others by the gain alone
 FRESH = 3  # mechanisms whose pairs are also tried from fresh starts
 ALWAYS = ("radius_bias", "coiling")
 MISFIT_P = 1e-3
@@ -27,7 +28,12 @@ TRIPLES_REFINED = 6
 DEEPENED = 4
 HOPELESS = 20.0  # log evidence behind the best, beyond half the best's gain
 SECOND_ALARM = 4.0  # log evidence that a further cause must gain …
-SECOND_SHARE = 0.03  # … and at least this share of what the first gained
+SECOND_SHARE = 0.012  # … and at least this share of what the first gained, …
+KIN_SHARE = 0.05  # … or this, where it acts on the same quantity as another: a form that fits badly
+KIN = (
+    {"radius_bias", "radius_step", "variable_radius"},
+    {"angle_scale", "lost_turns", "knot_absorption"},
+)
 LEAST_SHARE = 0.01  # of the base's misfit that a further cause must account for, or …
 LEAST_SIZE = 0.7  # … of a reading's usual noise
 PRIOR_LOG_ODDS = {"variable_radius": -1.0}  # the paper refutes it for the overtwist phase
@@ -248,19 +254,25 @@ def _choose(problem: Problem, base: Fit, candidates: list[Candidate]) -> Candida
     level = base.log_evidence
     first_gain = 0.0
     for size in (1, 2, 3):
-        sets = [c for c in candidates if len(c.names) == size]
-        if not sets:
-            continue
-        best = max(sets, key=lambda c: c.log_evidence)
-        need = ALARM + LARGER * (size - 1)
-        if chosen is not None:
-            need = max(SECOND_ALARM, SECOND_SHARE * first_gain)
-            if _is_trifle(problem, chosen.best, best.best):
+        need = ALARM + LARGER * (size - 1) if chosen is None else SECOND_ALARM
+        worth = [c for c in candidates if len(c.names) == size and c.log_evidence - level > need]
+        for larger in sorted(worth, key=lambda c: -c.log_evidence):
+            gain = larger.log_evidence - level
+            if chosen is not None and (
+                gain < _further_share(larger.names) * first_gain
+                or _is_trifle(problem, chosen.best, larger.best)
+            ):
                 continue
-        if best.log_evidence - level > need:
-            first_gain = max(first_gain, best.log_evidence - level)
-            chosen, level = best, best.log_evidence
+            first_gain = max(first_gain, gain)
+            chosen, level = larger, larger.log_evidence
+            break
     return chosen
+
+
+def _further_share(names: tuple[str, ...]) -> float:
+    """What a further cause must gain, as a share of the first's gain."""
+    akin = any(len(group & set(names)) > 1 for group in KIN)
+    return KIN_SHARE if akin else SECOND_SHARE
 
 
 def _is_trifle(problem: Problem, smaller: Fit, larger: Fit) -> bool:
@@ -301,13 +313,17 @@ def _extended(
     screened: list[tuple[float, Fit, Part, np.ndarray]] = []
     for first in firsts:
         screened += _screen(problem, first.best)
-    screened.sort(key=lambda item: -item[0])
     fits: dict[tuple[str, ...], list[Fit]] = {}
-    for _, start_fit, part, start in screened:
-        names = _sorted_names((*start_fit.names, part.mechanism))
-        if names not in fits and len(fits) < most:
-            fits[names] = [_refine(problem, start_fit, part, start)]
-    _deepen(problem, fits, screened)
+    # What is expected in all counts. But where both single causes fit badly, each alone may stand
+    # far behind one that resembles their sum, and a linear step then promises too little.
+    by_total = sorted(screened, key=lambda item: -item[0] - weighed(item[1]))
+    by_gain = sorted(screened, key=lambda item: -item[0])
+    for order, room in ((by_total, round(BY_TOTAL * most)), (by_gain, most)):
+        for _, start_fit, part, start in order:
+            names = _sorted_names((*start_fit.names, part.mechanism))
+            if names not in fits and len(fits) < room:
+                fits[names] = [_refine(problem, start_fit, part, start)]
+    _deepen(problem, fits, by_total)
     return [_pool(problem, names, found) for names, found in fits.items()]
 
 
@@ -320,7 +336,7 @@ def _deepen(
     ranked = sorted(fits, key=lambda names: -weighed(fits[names][0]))
     for names in ranked[: min(DEEPENED, len(fits) // 3)]:
         first = fits[names][0]
-        fits[names].append(fit(problem, first.simulation))
+        fits[names] += [fit(problem, first.simulation), *_plainer(problem, first)]
         tried = {part.shape.name for part in first.simulation.parts}
         for _, start_fit, part, start in screened:
             if _sorted_names((*start_fit.names, part.mechanism)) != names:
@@ -328,6 +344,21 @@ def _deepen(
             if {p.shape.name for p in (*start_fit.simulation.parts, part)} != tried:
                 fits[names].append(_refine(problem, start_fit, part, start))
                 break
+
+
+def _plainer(problem: Problem, found: Fit) -> list[Fit]:
+    """The same set with a part in its main shape: alone it may have had to bend to the other's
+    effect, which the set now carries."""
+    fits = []
+    for i, part in enumerate(found.simulation.parts):
+        main = MECHANISMS[part.mechanism].shapes[0]
+        if part.shape.name != main.name and main in usable_shapes(problem, part.mechanism):
+            parts = list(found.simulation.parts)
+            parts[i] = Part(part.mechanism, main)
+            simulation = replace(found.simulation, parts=tuple(parts))
+            start = _carried_over(problem, found, simulation)
+            fits.append(fit(problem, simulation, start, noise=(found.sigma, found.rho)))
+    return fits
 
 
 def _sorted_names(names: Iterable[str]) -> tuple[str, ...]:

@@ -70,6 +70,8 @@ class Table:
     camera_sd: float
     load_recorded: bool
     gain_sd: dict[str, float] = field(default_factory=dict)  # observable -> sd of its gauge's gain
+    # observable -> size of slow errors that its instrument is known to make along a recording
+    drifts: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
     @property

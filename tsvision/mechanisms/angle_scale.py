@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, varying
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, easing, varying
 
 
 def _proportional(state: State, p: Values) -> dict[str, np.ndarray]:
@@ -79,6 +79,7 @@ MECHANISM = Mechanism(
             log_odds=-1.0,
         ),
         varying(_MAIN),
+        easing(_MAIN),
     ),
     like_exactly=("radius_bias", "camera_scale"),
     checks="mark the connector and count its turns on the film",

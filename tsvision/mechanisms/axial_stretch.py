@@ -13,6 +13,7 @@ from tsvision.mechanisms.shelf import (
     Shape,
     State,
     Values,
+    easing,
     tension_at,
     varying,
 )
@@ -104,6 +105,7 @@ MECHANISM = Mechanism(
             _LOAD,
         ),
         varying(_MAIN),
+        easing(_MAIN),
     ),
     checks="hang another load on the untwisted strings and read the displacement",
 )

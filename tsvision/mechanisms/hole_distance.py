@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, varying
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, easing, varying
 
 
 def _shift(state: State, p: Values) -> dict[str, np.ndarray]:
@@ -36,6 +36,7 @@ MECHANISM = Mechanism(
     shapes=(
         _MAIN,
         varying(_MAIN),
+        easing(_MAIN),
     ),
     checks="measure the holes' distance on the separator",
 )

@@ -60,7 +60,7 @@ def _growing(state: State, p: Values) -> dict[str, np.ndarray]:
     return {"alpha_rad": state.alpha_rad - p["share"] * (past + width * np.expm1(-past / width))}
 
 
-_MAIN = Shape("kink", "α = α₀ − q max(α₀ − 2π n₀, 0)", (_SHARE, _ONSET), {"bundle": _kink})
+_MAIN = Shape("kink", "α = α₀ − q max(α₀ − 2π n₀, 0)", (_SHARE, _ONSET), {"knots": _kink})
 MECHANISM = Mechanism(
     name="knot_absorption",
     title="Knots take up turns",
@@ -73,13 +73,13 @@ MECHANISM = Mechanism(
             "rounded",
             "the kink rounded over w",
             (_SHARE, _ONSET, _WIDTH),
-            {"bundle": _rounded},
+            {"knots": _rounded},
         ),
         Shape(
             "growing",
             "share q [1 − exp(−(turns − n₀)/w)] past n₀",
             (_SHARE, _ONSET, _WIDTH),
-            {"bundle": _growing},
+            {"knots": _growing},
         ),
         varying(_MAIN),
     ),

@@ -13,6 +13,7 @@ from tsvision.mechanisms.shelf import (
     Shape,
     State,
     Values,
+    easing,
     tension_at,
     varying,
 )
@@ -147,6 +148,7 @@ MECHANISM = Mechanism(
             frozenset({"loads"}),
         ),
         varying(_MAIN),
+        easing(_MAIN),
     ),
     checks="measure D at the lowest and the highest load, at few and at many turns",
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, varying
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, easing, varying
 
 
 def _absolute(state: State, p: Values) -> dict[str, np.ndarray]:
@@ -81,6 +81,7 @@ MECHANISM = Mechanism(
             log_odds=-1.0,
         ),
         varying(_MAIN),
+        easing(_MAIN),
     ),
     like_exactly=("angle_scale", "camera_scale"),
     checks="measure D beside the separator with a caliper or a calibrated camera",

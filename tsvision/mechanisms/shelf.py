@@ -2,8 +2,9 @@
 
 A mechanism is a claim with one or more shapes; a shape has parameters and acts on the state at
 one or more stages. The stages run in a fixed order, so that mechanisms compose whichever is
-added first: motor (turns on their way to the bundle) -> bundle (what the bundle does with them)
--> geometry -> tension -> [base model] -> draw (what changes the displacement) -> view (camera).
+added first: motor (turns on their way to the bundle) -> knots (turns that lay nothing) -> coils
+(turns that lay no strands) -> geometry -> tension -> [base model] -> draw (what changes the
+displacement) -> view (camera).
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-STAGES = ("motor", "bundle", "geometry", "tension", "draw", "view")
+STAGES = ("motor", "knots", "coils", "geometry", "tension", "draw", "view")
 OBSERVABLES: dict[str, str] = {
     "displacement_mm": "mm",
     "diameter_mm": "mm",
@@ -173,10 +174,10 @@ def varying(shape: Shape) -> Shape:
 
     def wrapped(effect: Effect) -> Effect:
         def inner(state: State, p: Values) -> dict[str, np.ndarray]:
-            drift = p["drift_with_turns"] * (2.0 * state.at.turns / state.reference.span_turns - 1)
-            drift = drift + p["drift_with_load"] * (
-                state.at.load_N / state.reference.load_mean_N - 1.0
-            )
+            turns = 2.0 * state.at.turns / state.reference.span_turns - 1.0
+            load = state.at.load_N / state.reference.load_mean_N - 1.0
+            drift = p["drift_with_turns"] * turns + p["drift_with_load"] * load
+            drift = drift + p["drift_with_both"] * turns * load
             return effect(state, {**p, size: p[size] * (1.0 + drift)})
 
         return inner
@@ -184,18 +185,66 @@ def varying(shape: Shape) -> Shape:
     return Shape(
         f"{shape.name}_varying",
         f"{shape.equation}, its size drifting with turns and load",
-        (*shape.parameters, _drift("turns"), _drift("load")),
+        (*shape.parameters, _drift("turns"), _drift("load"), _drift("both")),
         {stage: wrapped(effect) for stage, effect in shape.effects.items()},
         shape.needs | {"loads"},
         shape.log_odds - 1.0,
     )
 
 
+def easing(shape: Shape) -> Shape:
+    """`shape` with its size (its first parameter) settling over the first turns, from less or from
+    more: a bundle has to be laid before anything about it is what it will be."""
+    size = shape.parameters[0].name
+
+    def wrapped(effect: Effect) -> Effect:
+        def inner(state: State, p: Values) -> dict[str, np.ndarray]:
+            missing = p["missing_at_first"] * np.exp(-state.at.turns / p["easing_turns"])
+            return effect(state, {**p, size: p[size] * (1.0 - missing)})
+
+        return inner
+
+    return Shape(
+        f"{shape.name}_easing",
+        f"{shape.equation}, its size settling over the first turns",
+        (*shape.parameters, *_EASING),
+        {stage: wrapped(effect) for stage, effect in shape.effects.items()},
+        shape.needs,
+        shape.log_odds - 1.0,
+    )
+
+
+_EASING = (
+    Parameter(
+        "missing_at_first",
+        "1",
+        "share of the size that is not there at 0 turns (below 0: that is there besides)",
+        low=-1.0,
+        high=1.0,
+        typical=0.4,
+        starts=(0.7, -0.7),
+        null=None,
+    ),
+    Parameter(
+        "easing_turns",
+        "turns",
+        "turns over which it settles",
+        low=0.02,
+        high=0.4,
+        of="span_turns",
+        prior="uniform",
+        starts=(0.25,),
+        null=None,
+    ),
+)
+
+
 def _drift(what: str) -> Parameter:
     return Parameter(
         f"drift_with_{what}",
         "1",
-        f"relative change of the size over the range of {what}",
+        f"relative change of the size over the range of {what}"
+        + (", turns times load" if what == "both" else ""),
         low=-0.7,
         high=0.7,
         typical=0.2,
