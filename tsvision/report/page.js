@@ -168,9 +168,9 @@ function drawKymograph() {
   });
   plots.push({ plot, x: place, values: () => [] });
   const bar = byId("bar");
-  html("span", {}, bar, map.value[0].toFixed(2));
+  html("span", {}, bar, `${unit === "mm" ? "E(s)" : "w(s)"} from ${map.value[0].toFixed(2)}`);
   html("img", { src: map.bar, alt: "", style: "width:8rem;height:.7rem" }, bar);
-  html("span", {}, bar, `${map.value[1].toFixed(2)} ${unit}`);
+  html("span", {}, bar, `to ${map.value[1].toFixed(2)} ${unit}`);
 }
 
 // What the verdict leaves: measured minus base and minus extended model, one plot an observable.
@@ -205,7 +205,7 @@ function drawProfile(frame) {
   layers.push({ kind: "bands", opacity: 0.2, bands: p.knots.map(([s, l]) => [s - l / 2, s + l / 2, "var(--knots)", "knot"]) });
   layers.push({ kind: "line", x: p.s, y: p.w, colour: "var(--series)", wide: 1.2 });
   layers.push({ kind: "line", x: p.s, y: p.e, colour: "var(--envelope)", wide: 2.2 });
-  layers.push({ kind: "level", y: d, label: "D", colour: "var(--soft)", below: true });
+  layers.push({ kind: "level", y: d, label: "D", colour: "var(--soft)" });
   if (known(d)) layers.push({ kind: "level", y: 1.4 * d, label: "1.40 D", colour: "var(--knots)" });
   if (known(p.baseline)) layers.push({ kind: "level", y: 1.15 * p.baseline, label: "1.15 E₀", colour: "var(--envelope)" });
   const spec = {

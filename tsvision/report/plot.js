@@ -63,7 +63,7 @@ class Plot {
     this.height = spec.height || 250;
     const yTicks = ticks(...spec.y.range, this.height / 45).filter(([v]) => !spec.y.whole || Number.isInteger(v));
     const widest = Math.max(...yTicks.map((t) => t[1].length), 2);
-    this.box = { left: 30 + 7 * widest, right: this.width - 12, top: 24, bottom: this.height - 40 };
+    this.box = { left: 30 + 7 * widest, right: this.width - (this.levels().length ? 54 : 12), top: 24, bottom: this.height - 40 };
     root.setAttribute("viewBox", `0 0 ${this.width} ${this.height}`);
     this.clip = `clip-${Plot.count = (Plot.count || 0) + 1}`;
     const clip = svg("clipPath", { id: this.clip }, svg("defs", {}, root));
@@ -73,6 +73,7 @@ class Plot {
     this.drawAxes(yTicks);
     this.inside = svg("g", { "clip-path": `url(#${this.clip})` }, root);
     for (const layer of spec.layers || []) this["layer_" + layer.kind](layer);
+    this.drawLevels();
     this.markGroup = svg("g", {}, root);
     if (spec.pick) this.drawPick();
     if (this.marked) this.mark(...this.marked);
@@ -96,6 +97,19 @@ class Plot {
     svg("rect", { x: left, y: top, width: right - left, height: bottom - top, class: "frame" }, root);
     svg("text", { x: (left + right) / 2, y: this.height - 5, "text-anchor": "middle", class: "soft" }, root).textContent = this.spec.x.label;
     svg("text", { x: 4, y: 14, class: "soft" }, root).textContent = this.spec.y.label;
+  }
+
+  levels() { return (this.spec.layers || []).filter((l) => l.kind === "level" && l.label && known(l.y)); }
+
+  // The names of levels stand right of the plot, each beside its line and none upon another.
+  drawLevels() {
+    const { right, top, bottom } = this.box;
+    let last = Infinity;
+    const seen = this.levels().map((l) => [this.py(l.y), l.label]).filter(([y]) => y >= top && y <= bottom);
+    for (const [y, label] of seen.sort((a, b) => b[0] - a[0])) {
+      last = Math.min(y + 4, last - 13);
+      svg("text", { x: right + 4, y: last, class: "soft" }, this.root).textContent = label;
+    }
   }
 
   drawPick() {
@@ -184,11 +198,10 @@ class Plot {
     }
   }
 
-  layer_level({ y, label, colour, dash, below }) {
+  layer_level({ y, colour, dash }) {
     if (!known(y)) return;
     const at = this.py(y), { left, right } = this.box;
     svg("line", { x1: left, x2: right, y1: at, y2: at, stroke: colour, "stroke-dasharray": dash || "6 4" }, this.inside);
-    svg("text", { x: right - 5, y: below ? at + 13 : at - 4, "text-anchor": "end", class: "soft halo" }, this.inside).textContent = label;
   }
 
   // An onset: a triangle on the lower border, its interval as a bar.
