@@ -13,7 +13,9 @@ from tsvision.diagnosis.table import GAIN_SD
 from tsvision.mechanisms.shelf import OBSERVABLES, Conditions
 
 ENOUGH = 6.0  # a difference of so many standard deviations decides; more is worth nothing
+ENOUGH_SWEPT = 2.5  # the same where the observable is read all along a run
 LEVELS = 8
+FIRST = 0.03  # of the largest turns: before much is laid, where a step or dead zone still shows
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,8 @@ class Proposal:
 def propose(
     problem: Problem, survivors: list[Fit], skip: frozenset[str] = frozenset()
 ) -> Proposal | None:
-    """The single reading that separates the survivors best, over observables and conditions."""
+    """What to measure and where, so that the survivors part: the observable that parts even the
+    two most alike, at the conditions that part most of them."""
     if len(survivors) < 2:
         return None
     best: tuple[float, Proposal] | None = None
@@ -54,11 +57,15 @@ def propose(
         score = np.minimum(apart / spread, ENOUGH)
         total = score.mean(axis=0) + 1e-3 * (apart / spread).mean(axis=0)
         i = int(np.argmax(total))
-        if best is None or total[i] > best[0]:
+        # An observable is worth what it does for the pair that it parts worst, read where it
+        # parts that pair best: it will hardly be read once only.
+        reach = np.minimum(score.max(axis=1), ENOUGH_SWEPT)
+        worth = float(reach.min() + 0.5 * reach.mean() + 0.1 * total[i])
+        if best is None or worth > best[0]:
             pair = int(np.argmax(score[:, i]))
             a, b = pairs[pair]
             best = (
-                float(total[i]),
+                worth,
                 Proposal(
                     observable=observable,
                     turns=float(design.turns[i]),
@@ -80,7 +87,7 @@ def _grid(problem: Problem) -> Conditions:
     table = problem.table
     at = table.at
     used = np.unique(table.condition)
-    turns = np.linspace(0, at.turns[used].max(), LEVELS + 1)[1:]
+    turns = at.turns[used].max() * np.concatenate([[FIRST], np.linspace(0, 1, LEVELS + 1)[1:]])
     known = at.load_N[used][np.isfinite(at.load_N[used])]
     loads = [known.min(), known.max()] if known.size else [np.nan]
     back = [False, True] if at.unwinding[used].any() else [False]
