@@ -84,9 +84,9 @@ def _measure(
     rig = load_rig(rig_path or find_rig(source), overrides)
     recording = open_recording(source, rig, turns, turns_per_frame, turns_from_name)
 
-    from tsvision.measures.recording import measure_frames  # heavy: after the input is known good
+    from tsvision.timeline.steadily import measure_steadily  # heavy: after the input is known good
 
-    frames, knots = tables(_with_progress(measure_frames(recording), len(recording.files)))
+    frames, knots = tables(_with_progress(measure_steadily(recording), len(recording.files)))
     return summary(account(frames, knots, rig))
 
 

@@ -88,9 +88,9 @@ def measure_to_folder(
 
 def measuring() -> Measure:
     """The measuring of frames, imported only when it is needed."""
-    from tsvision.measures.recording import measure_frames
+    from tsvision.timeline.steadily import measure_steadily
 
-    return lambda recording, start, stop: measure_frames(recording, start=start, stop=stop)
+    return measure_steadily
 
 
 def open_request(request: Request) -> tuple[Recording, int]:

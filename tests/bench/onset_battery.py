@@ -24,7 +24,12 @@ from tsvision.records import Actuator, Rig
 from tsvision.timeline.account import Account, account
 from tsvision.timeline.evidence import ratio_of
 
-PHASES = {"knot_onset": 3, "local_overtwist_onset": 2, "overtwist_onset": 1}
+PHASES = {
+    "knot_onset": 3,
+    "irreversible_onset": 4,
+    "local_overtwist_onset": 2,
+    "overtwist_onset": 1,
+}
 
 
 @dataclass(frozen=True)
@@ -67,7 +72,8 @@ def onset_rows(all_measured: Iterable[Measured]) -> pd.DataFrame:
             truth, before = onset_truth(one.case, level)
             onset = one.told.onsets[name]
             error = np.nan if onset.turns is None else onset.turns - truth
-            held = onset.low is not None and onset.low - 1e-6 <= truth <= onset.high + 1e-6
+            low, high = onset.low, onset.high
+            held = low is not None and high is not None and low - 1e-6 <= truth <= high + 1e-6
             rows.append(
                 {
                     "recording": one.case.name,

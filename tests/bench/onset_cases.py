@@ -18,12 +18,13 @@ from synth.actuator import state_at
 from synth.phases import phase_of
 from synth.presets import preset
 from synth.settings import PAPER_ONSET_TURNS, Law, Settings, Strings
+from synth.strands import hole_diameter_mm
 from synth.truth import envelope_of
 from tsvision.errors import InputError
 
 PRESETS = ("clean", "bench", "hard")
 COUNTS = (2, 4, 6, 8)
-ORDER = ("twist", "overtwist", "local overtwist", "knotted")
+ORDER = ("twist", "overtwist", "local overtwist", "knotted", "irreversible")
 # relative noise of E(s), of A and of the unevenness; share of frames lost; false sightings a frame
 NOISE = {
     "clean": (0.008, 0.02, 0.05, 0.00, 0.002),
@@ -92,22 +93,25 @@ def exact(settings: Settings) -> Case:
             state = state_at(settings, index)
         except InputError:
             break
-        envelope = envelope_of(settings, state)
-        has = state.has_bundle and envelope is not None
-        amplitude = float(np.sqrt(np.mean(state.line.radius_mm**2))) if has else 0.0
-        phase = phase_of(envelope, amplitude, state.diameter_mm) if has else "twist"
+        envelope = envelope_of(settings, state) if state.has_bundle else None
+        amplitude, phase = 0.0, "twist"
+        if envelope is not None:
+            amplitude = float(np.sqrt(np.mean(state.line.radius_mm**2)))
+            phase = phase_of(envelope, amplitude, state.diameter_mm)
+        found = envelope.knots if envelope is not None else ()
+        if any(k.max_diameter_mm > hole_diameter_mm(settings) for k in found):
+            phase = "irreversible"
         rows.append(
             {
                 "frame": index,
                 "turns": turns,
-                "diameter_mm": state.diameter_mm if has else np.nan,
+                "diameter_mm": state.diameter_mm if envelope is not None else np.nan,
                 "coil_amplitude_mm": amplitude,
-                "unevenness": envelope.unevenness if has else np.nan,
+                "unevenness": envelope.unevenness if envelope is not None else np.nan,
                 "level": ORDER.index(phase),
             }
         )
-        envelopes.append((envelope.s_mm, envelope.envelope_mm) if has else None)
-        found = envelope.knots if has else ()
+        envelopes.append(None if envelope is None else (envelope.s_mm, envelope.envelope_mm))
         knots.append(tuple((k.centre_mm, k.stop_mm - k.start_mm, k.max_diameter_mm) for k in found))
     held = dataclasses.replace(settings, turns=settings.turns[: len(rows)])
     step = float(np.diff(settings.turns[:2])[0])

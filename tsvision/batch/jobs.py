@@ -29,7 +29,7 @@ from tsvision.results.tables import (
 from tsvision.run import Request, Stretch, open_request, segments, write_tables
 from tsvision.run_guard import Measure, without_losing_rows
 
-MEASURE = "tsvision.measures.recording:measure_frames"
+MEASURE = "tsvision.timeline.steadily:measure_steadily"
 RECORDINGS = "recordings"
 CHUNKS = ".chunks"
 _ROWS, _KNOTS = "rows.parquet", "knots.parquet"
