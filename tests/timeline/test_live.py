@@ -188,3 +188,35 @@ def test_the_view_is_learnt_anew_until_the_twist_is_seen_and_then_stands() -> No
     assert seen == [False] * 3 + [True] * 9
     assert learner.settled
     assert Pupil.made == 4  # at first, and with 1, 2 and 4 pictures; not again once it is known
+    again = learner.review()
+    assert [r.row.frame for r in again] == [0, 1, 2, 3, 4, 5, 6]
+    assert all(np.isfinite(r.row.pitch_px) for r in again)
+    assert learner.review() == []
+
+
+def test_a_bumped_camera_is_flagged_and_learnt_anew() -> None:
+    scene = np.random.default_rng(3).integers(0, 255, (90, 160)).astype(np.uint8)
+    scene = cv2.resize(cv2.GaussianBlur(scene, (0, 0), 2.0), (640, 360))
+    learner = Learner(Pupil)
+    flags = []
+    for i in range(14):
+        shown = scene if i < 9 else np.roll(scene, (6, 9), axis=(0, 1))
+        shown = np.maximum(shown, np.uint8(i))
+        flags.append(learner.measure(Frame(i, f"f{i}", shown), float(i)).row.flags)
+    assert flags == ["CAMERA_MOVED" if i == 9 else "" for i in range(14)]
+    assert next(r.row.frame for r in learner.review()) == 9
+
+
+def test_revised_frames_take_the_place_of_what_was_believed() -> None:
+    series = simulate(Plan(knot_turns=(20.0,), last_turns=30.0, nan=0.0, false=0.0))
+    wrong = results_of(simulate(Plan(knot_turns=(3.0,), last_turns=30.0, nan=0.0, false=0.0)))
+    right = results_of(series)
+    live = Live(RIG)
+    for result in wrong[:12]:
+        assert live.push(result, may_decide=False).onset is None
+    live.restart(right[2:12:2])
+    assert [r.row.frame for r in live.results] == list(range(12))
+    assert np.isnan(live.results[3].row.knot_count) and live.results[1].row == wrong[1].row
+    for result in right[12:]:
+        live.push(result)
+    assert live.onset is not None and live.onset.turns == pytest.approx(20.0, abs=2.0)

@@ -18,12 +18,14 @@ from tsvision.timeline.chain import Histories, infer
 from tsvision.timeline.consistency import MOST_AGAINST, disorder, mismatch
 from tsvision.timeline.criteria import LEVEL_OF_ONSET, Criteria
 from tsvision.timeline.cycles import onsets_by_cycle, repeatability
+from tsvision.timeline.lengths import in_both_units
 from tsvision.timeline.onset import beginnings, onset_of
 from tsvision.timeline.order import Order, numbers, order_frames
 from tsvision.timeline.phases import spells
 from tsvision.timeline.safety import largest_safe, near_misses
 from tsvision.timeline.telling import split_sightings, tell_frames
 from tsvision.timeline.tracks import Tracking, track_knots
+from tsvision.timeline.unknown import camera_moves, without_what_is_unknown
 from tsvision.timeline.unwinding import all_runs, ways_back
 
 
@@ -55,21 +57,20 @@ def account(
     """Tracks, phases and onsets of one recording.
 
     `frames`: FrameRow's columns, one row a frame. `knots`: `frame` and KnotSighting's columns,
-    maybe empty. Lengths in mm; without a scale the px columns are used where they do. Raises
+    maybe empty. Lengths in mm; in frames without a scale in px, and told in px. Raises
     InputError on a frame table without `frame` or with a frame number twice.
     """
     _check(frames)
     knots = knots if "frame" in knots else pd.DataFrame({"frame": pd.Series(dtype=int)})
-    knots = knots.reset_index(drop=True)
+    knots = in_both_units(frames, knots.reset_index(drop=True))
     order = order_frames(frames)
-    tracking = track_knots(frames, knots, order)
+    tracking = track_knots(frames, knots, order, rig.actuator.twisting_zone_mm)
     spoken = _evidence(frames, knots, tracking, rig, criteria)
     histories = infer_all(spoken, order)
     seen = speak.measured(frames)[order.rows]
     onsets, reasons = _onsets(histories, order, seen, criteria)
     onsets, reasons = _checked(onsets, reasons, frames, rig, histories, spoken, order, seen)
-    if not np.isfinite(rig.actuator.hole_diameter_mm):
-        onsets["irreversible_onset"], reasons["irreversible_onset"] = _no_hole(onsets)
+    onsets, reasons = without_what_is_unknown(onsets, reasons, frames, rig)
     kept, rejected = split_sightings(frames, knots, tracking, order, histories[3])
     by_cycle = onsets_by_cycle(frames, histories[3], order, seen, criteria)
     extras: dict[str, object] = {
@@ -79,7 +80,8 @@ def account(
         "cycles": repeatability(by_cycle, criteria.level),
     }
     told = tell_frames(frames, tracking, histories, order, criteria)
-    notes = _notes(order, tracking) + passing(histories[3], order, onsets["knot_onset"])
+    notes = _notes(order, tracking) + camera_moves(frames)
+    notes += passing(histories[3], order, onsets["knot_onset"])
     return Account(told, kept, rejected, tracking.tracks, onsets, reasons, notes, extras)
 
 
@@ -184,14 +186,6 @@ def _checked(
     return doubtful, dict.fromkeys(onsets, reason)
 
 
-def _no_hole(onsets: dict[str, Onset]) -> tuple[Onset, str]:
-    knot = onsets["knot_onset"]
-    if knot.status == "not_observed":
-        return knot, "no knot, hence none larger than the hole"
-    nothing = Onset("undetermined", None, None, None, knot.last_turns, knot.level)
-    return nothing, "the hole's diameter is not given (actuator.hole_diameter_mm)"
-
-
 def passing(knotted: Histories, order: Order, onset: Onset) -> tuple[str, ...]:
     """Notes on knots that showed while winding and were gone again before the onset."""
     notes = []
@@ -213,6 +207,7 @@ def _notes(order: Order, tracking: Tracking) -> tuple[str, ...]:
             where = f"{track.first_centre_mm:.4g} mm"
             notes.append(
                 f"what stands out at {where} was there before anything could knot and did not "
-                "grow: taken for hardware, dirt or a knot of an earlier winding"
+                "grow, or lies beyond the connector: taken for hardware, dirt or a knot of an "
+                "earlier winding"
             )
     return tuple(notes)

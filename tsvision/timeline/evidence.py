@@ -11,10 +11,12 @@ import pandas as pd
 from scipy.stats import norm
 
 from tsvision.timeline.criteria import Criteria
+from tsvision.timeline.lengths import over
 from tsvision.timeline.order import numbers
 
 MOST = 4.0
 DEAD_FLAGS = ("UNREADABLE", "WRONG_SIZE", "BLANK", "NO_BUNDLE")
+READINGS = ("diameter_mm", "diameter_px", "max_envelope_mm", "unevenness")
 ENVELOPE_NOISE = 0.04  # relative error of the largest E read from one view
 DIAMETER_NOISE = 0.04  # relative error of a knot's largest diameter in one view
 STRAIGHT = 0.5  # a knot in a bundle that coils nowhere else (A below this share of the criterion,
@@ -24,9 +26,13 @@ CONFIDENCE_IF_UNKNOWN = 0.95
 
 
 def measured(frames: pd.DataFrame) -> np.ndarray:
-    """(n,) True where the picture could be measured at all and its knots were counted."""
+    """(n,) True where the picture could be measured at all and its knots were counted. A count
+    of none in a frame in which no bundle was read (neither D nor E) is no count."""
     flags = frames["flags"].fillna("").astype(str) if "flags" in frames else None
     good = np.isfinite(numbers(frames, "knot_count"))
+    there = [name for name in READINGS if name in frames]
+    if there:
+        good &= np.any([np.isfinite(numbers(frames, name)) for name in there], axis=0)
     for name in DEAD_FLAGS:
         if flags is not None:
             good &= ~flags.str.contains(name, regex=False).to_numpy(dtype=bool)
@@ -61,11 +67,7 @@ def local_noise(values: np.ndarray, window: int = 15) -> np.ndarray:
 
 def ratio_of(frames: pd.DataFrame, name: str) -> np.ndarray:
     """(n,) a length over the frame's own D, in mm, or in px where no scale is known."""
-    diameter = numbers(frames, "diameter_mm")
-    diameter = np.where(np.isfinite(diameter), diameter, np.nan)
-    in_mm = numbers(frames, f"{name}_mm") / diameter
-    in_px = numbers(frames, f"{name}_px") / numbers(frames, "diameter_px")
-    return np.where(np.isfinite(in_mm), in_mm, in_px)
+    return over(frames, name, frames, "diameter")
 
 
 def coil_evidence(frames: pd.DataFrame, criteria: Criteria) -> np.ndarray:
@@ -108,7 +110,7 @@ def _margin(frames: pd.DataFrame, criteria: Criteria) -> np.ndarray:
     """(n,) by what share the largest envelope exceeds what a knot needs, over D and over the
     baseline; far below where either is unknown."""
     over_diameter = ratio_of(frames, "max_envelope") / criteria.knot_ratio
-    over_baseline = numbers(frames, "max_envelope_mm") / numbers(frames, "baseline_envelope_mm")
+    over_baseline = over(frames, "max_envelope", frames, "baseline_envelope")
     lesser = np.minimum(over_diameter, over_baseline / criteria.knot_rise) - 1.0
     return np.where(np.isfinite(lesser), lesser, -1.0)
 
@@ -116,15 +118,17 @@ def _margin(frames: pd.DataFrame, criteria: Criteria) -> np.ndarray:
 def larger_evidence(
     frames: pd.DataFrame, certainty: np.ndarray, largest_mm: np.ndarray, hole_mm: float
 ) -> np.ndarray:
-    """(n,) for a knot larger than the separator's hole; all 0 where the hole is not known."""
+    """(n,) for a knot larger than the separator's hole; all 0 where the hole is not known, 0 for
+    a knot of unknown size."""
     if not np.isfinite(hole_mm):
         return np.zeros(len(frames))
-    seen = np.isfinite(certainty) & np.isfinite(largest_mm)
+    sighted = np.isfinite(certainty)
+    seen = sighted & np.isfinite(largest_mm)
     size = np.where(seen, largest_mm, hole_mm)
     larger = norm.cdf((size - hole_mm) / (DIAMETER_NOISE * size))
     chance = np.clip(np.where(seen, certainty, 0.0), 0.02, 0.98)
     ratio = np.log(chance * larger + (1 - chance) * 0.5 + np.exp(-MOST)) - np.log(
         chance * (1 - larger) + (1 - chance) * 0.5 + np.exp(-MOST)
     )
-    result = np.where(seen, ratio, np.log(0.03))
+    result = np.where(seen, ratio, np.where(sighted, 0.0, np.log(0.03)))
     return np.where(measured(frames), np.clip(result, -MOST, MOST), 0.0)

@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import pandas as pd
 
-from tsvision.records import FrameResult, Onset, Rig
+from tsvision.records import FrameResult, FrameRow, Onset, Rig
 from tsvision.timeline import evidence as speak
 from tsvision.timeline.account import Account, account
 from tsvision.timeline.background import Background
@@ -25,6 +25,7 @@ from tsvision.timeline.tracks import (
     ARTEFACT_REACH_D,
     ARTEFACT_SHARE,
     ARTEFACT_TURNS,
+    BEYOND_D,
 )
 
 TAIL = 15  # frames over which noise and D are taken; a longer memory costs time and brings little
@@ -56,6 +57,9 @@ class Live:
         self.watch_for, self.certainty = watch_for, certainty
         self.results: list[FrameResult] = []
         self.onset: Onset | None = None
+        self._forget()
+
+    def _forget(self) -> None:
         self._tail: deque[dict[str, object]] = deque(maxlen=TAIL)
         self._belief: dict[int, np.ndarray] = {}
         self._wind = float("nan")
@@ -64,14 +68,30 @@ class Live:
         self._background = Background()
         self._early: list[list[tuple[float, float]]] = []
 
-    def push(self, result: FrameResult) -> LiveState:
+    def restart(self, revised: list[FrameResult]) -> None:
+        """Take back what was believed since the first of the revised frames and believe them
+        instead. The other frames since then keep their rows, but count as not measured."""
+        by_frame = {one.row.frame: one for one in revised}
+        first = min(by_frame)
+        earlier, self.results = self.results, []
+        self._forget()
+        for old in earlier:
+            one = old if old.row.frame < first else by_frame.get(old.row.frame)
+            if one is not None:
+                self.push(one, may_decide=False)
+            else:
+                row = FrameRow(old.row.frame, old.row.file, turns=old.row.turns)
+                self.results.append(FrameResult(row))
+
+    def push(self, result: FrameResult, may_decide: bool = True) -> LiveState:
         """Take one measured frame, in the order taken."""
         self.results.append(FrameResult(result.row, None, result.knots))
         spoken = self._evidence(result)
         self._advance(spoken, abs(result.row.turns))
         there = self._nested()
         level = max((k for k, p in there.items() if p > 0.5), default=0)
-        if self.onset is None and there[LEVEL_OF_ONSET[self.watch_for]] >= self.certainty:
+        sure = there[LEVEL_OF_ONSET[self.watch_for]] >= self.certainty
+        if may_decide and self.onset is None and sure:
             self.onset = self._decide()
         return LiveState(there, PHASES[level], self.onset)
 
@@ -104,13 +124,17 @@ class Live:
             self._early.append([(k.centre_x_px, k.max_diameter_mm) for k in result.knots])
         against, largest = float("nan"), float("nan")
         row = result.row
+        zone = self.rig.actuator.twisting_zone_mm + BEYOND_D * row.diameter_mm
         base = self._background.steady(row.baseline_envelope_mm)
         for knot in result.knots:
             if self._is_dirt(knot.centre_x_px, knot.max_diameter_mm, result.row.diameter_px):
                 continue
+            if knot.centre_mm > zone:
+                continue
             chance = self._background.chance(knot.max_diameter_mm / base, knot.confidence)
             against = (1.0 if np.isnan(against) else against) * (1 - chance)
-            largest = float(np.fmax(largest, knot.max_diameter_mm))
+            if np.isfinite(row.mm_per_px):
+                largest = float(np.fmax(largest, knot.max_diameter_mm))
         coil = row.coil_amplitude_mm / row.diameter_mm
         self._background.push(row.max_envelope_mm / base, coil, sighted=bool(result.knots))
         return np.array([1 - against]), np.array([largest])

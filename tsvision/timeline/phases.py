@@ -38,13 +38,14 @@ def spells(mask: np.ndarray) -> list[tuple[int, int]]:
 
 
 def names(level: np.ndarray, histories: dict[int, Histories], seen: np.ndarray) -> list[str]:
-    """Phase names (n,); "" where a frame was not measured and its neighbours do not settle it."""
+    """Phase names (n,); "" where a frame was not measured and its neighbours do not settle it.
+    Before the first measured frame (legs that do not touch yet) the turn count may settle it."""
     sure = np.ones(len(level))
     for one in histories.values():
         sure = np.minimum(sure, np.maximum(one.there, 1 - one.there))
     good = np.flatnonzero(seen)
     inside = np.zeros(len(level), dtype=bool)
     if len(good):
-        inside[good[0] : good[-1] + 1] = True
+        inside[: good[-1] + 1] = True
     told = seen | (inside & (sure >= FILL))
     return [PHASES[k] if ok else "" for k, ok in zip(level, told, strict=True)]

@@ -24,7 +24,8 @@ def tell_frames(
     order: Order,
     criteria: Criteria,
 ) -> pd.DataFrame:
-    """The frame table with smoothed `phase` and `knot_count`; `knot_count_seen` is the raw one."""
+    """The frame table with smoothed `phase` and `knot_count`; `knot_count_seen` is the raw one.
+    A frame in which nothing was measured may have a phase from its neighbours, but no count."""
     seen = speak.measured(frames)[order.rows]
     level = levels(histories, order, criteria)
     phase = np.full(len(frames), "", dtype=object)
@@ -32,7 +33,7 @@ def tell_frames(
     knotted = np.zeros(len(frames), dtype=bool)
     knotted[order.rows] = level >= 3
     count = np.where(knotted, np.maximum(_live(frames, tracking, order), 1), 0).astype(float)
-    count[phase == ""] = np.nan
+    count[~speak.measured(frames)] = np.nan
     raw = numbers(frames, "knot_count")
     return frames.assign(phase=phase, knot_count=count, knot_count_seen=raw)
 

@@ -29,6 +29,7 @@ CONFIRMED = 2.5  # log-odds from which a track counts
 ARTEFACT_TURNS = 5.0  # what stands out below this turn count, before anything can coil, …
 ARTEFACT_REACH_D = 1.5  # … makes all that stands out at the same place …
 ARTEFACT_SHARE = 0.4  # … if it shows in this share of the first frames, …
+BEYOND_D = 0.5  # … as is what lies farther than this beyond the connector's face
 ARTEFACT_GROWTH = 1.3  # … and is not larger than this many times: hardware, dirt, a fibre
 
 
@@ -60,8 +61,12 @@ class Tracking:
     chance: np.ndarray
 
 
-def track_knots(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> Tracking:
-    """Join the sightings in `knots` (columns frame, centre_mm or centre_x_px …) into tracks."""
+def track_knots(
+    frames: pd.DataFrame, knots: pd.DataFrame, order: Order, zone_mm: float = float("nan")
+) -> Tracking:
+    """Join the sightings in `knots` (columns frame, centre_mm or centre_x_px …) into tracks.
+
+    `zone_mm`: the twisting zone's length; what lies beyond its end is no knot."""
     number = np.full(len(knots), -1)
     place, length = places_in_diameters(frames, knots)
     odds = _log_odds(chances(frames, knots, order))
@@ -88,6 +93,7 @@ def track_knots(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> Trac
     step_of_row[np.concatenate([*rows_at, np.zeros(0, dtype=int)])] = steps_of
     size = numbers(knots, "max_diameter_mm")
     artefact = _artefacts(tracks, place, size, step_of_row, good, order)
+    artefact |= beyond(knots, zone_mm, _median(numbers(frames, "diameter_mm")))
     table = _describe(tracks, frames, knots, order, artefact)
     confirmed = np.isin(number, table.loc[table["confirmed"], "track"])
     return Tracking(number, table, confirmed, artefact, 1 / (1 + np.exp(-supported)))
@@ -122,6 +128,11 @@ def _artefacts(
     return found
 
 
+def beyond(knots: pd.DataFrame, zone_mm: float, diameter_mm: float) -> np.ndarray:
+    """(rows,) sightings on the connector; none where zone or D is not known."""
+    return numbers(knots, "centre_mm") > zone_mm + BEYOND_D * diameter_mm
+
+
 def _net_odds(track: Track, order: Order) -> float:
     """Log-odds of a whole track: a knot does not show once and then not again, so the frames
     after its last sighting count against it while the winding goes on."""
@@ -143,7 +154,7 @@ def places_in_diameters(frames: pd.DataFrame, knots: pd.DataFrame) -> tuple[np.n
     norm = float(np.hypot(ux, uy)) or 1.0
     along_px = (numbers(knots, "centre_x_px") * ux + numbers(knots, "centre_y_px") * uy) / norm
     unit_px = unit_px if np.isfinite(unit_px) else 20.0
-    return along_px / unit_px, np.full(len(knots), 1.5)
+    return along_px / unit_px, np.nan_to_num(numbers(knots, "length_px") / unit_px, nan=1.5)
 
 
 def _median(values: np.ndarray) -> float:

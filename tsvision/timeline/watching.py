@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Generator, Iterable
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from tsvision.records import Frame, FrameResult
 from tsvision.timeline.live import Live, LiveState
@@ -33,6 +33,15 @@ class Measures(Protocol):
     def measure(self, frame: Frame, turns: float) -> FrameResult: ...
 
 
+@runtime_checkable
+class Learns(Protocol):
+    """A measurer that gets to know the view as it goes on (see `learning.Learner`)."""
+
+    settled: bool
+
+    def review(self) -> list[FrameResult]: ...
+
+
 def watch(
     arrivals: Iterable[Arrival], measurer: Measures, live: Live
 ) -> Generator[dict[str, Any], None, None]:
@@ -41,10 +50,15 @@ def watch(
     `decided` is True on the frame at which the onset watched for became certain enough.
     """
     before = None
+    learner = measurer if isinstance(measurer, Learns) else None
     for arrival in arrivals:
         began = time.perf_counter()
         result = measurer.measure(arrival.frame, arrival.turns)
-        state = live.push(result)
+        revised = learner.review() if learner else []
+        known = learner is None or (learner.settled and not revised)
+        state = live.push(result, may_decide=known)
+        if revised:
+            live.restart(revised)
         took_ms = 1e3 * (time.perf_counter() - began)
         yield _row(result, state, decided=before is None and state.onset is not None) | {
             "latency_ms": round(took_ms, 2)

@@ -1,0 +1,67 @@
+"""What cannot be told because a quantity was not given or not measured, and says so."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from tsvision.records import Onset, Rig
+from tsvision.timeline import evidence as speak
+from tsvision.timeline.order import numbers
+
+LEAST_READ = 0.3  # share of the measured frames in which a quantity must have been read
+
+Onsets = dict[str, Onset]
+Reasons = dict[str, str]
+
+
+def without_what_is_unknown(
+    onsets: Onsets, reasons: Reasons, frames: pd.DataFrame, rig: Rig
+) -> tuple[Onsets, Reasons]:
+    """Onsets that rest on nothing become `undetermined`, with the reason: irreversible without
+    the hole's diameter or a scale, overtwist where the coiling was not read."""
+    onsets, reasons = dict(onsets), dict(reasons)
+    sizes = _size_problem(frames, rig)
+    if sizes and onsets["knot_onset"].status == "not_observed":
+        onsets["irreversible_onset"] = onsets["knot_onset"]
+        reasons["irreversible_onset"] = "no knot, hence none larger than the hole"
+    elif sizes:
+        onsets["irreversible_onset"] = _untold(onsets["knot_onset"])
+        reasons["irreversible_onset"] = sizes
+    if onsets["overtwist_onset"].status != "undetermined" and not _coiling_was_read(frames):
+        onsets["overtwist_onset"] = _untold(onsets["overtwist_onset"])
+        reasons["overtwist_onset"] = "the swing of the bundle's centre line was not measured"
+    return onsets, reasons
+
+
+def _size_problem(frames: pd.DataFrame, rig: Rig) -> str:
+    if not np.isfinite(rig.actuator.hole_diameter_mm):
+        return "the hole's diameter is not given (actuator.hole_diameter_mm)"
+    if "mm_per_px" in frames and not np.isfinite(numbers(frames, "mm_per_px")).any():
+        return "without a scale (camera.mm_per_px) no knot can be compared with the hole"
+    return ""
+
+
+def _coiling_was_read(frames: pd.DataFrame) -> bool:
+    good = speak.measured(frames)
+    return not good.any() or (
+        np.isfinite(speak.ratio_of(frames, "coil_amplitude")[good]).mean() >= LEAST_READ
+    )
+
+
+def _untold(like: Onset) -> Onset:
+    return Onset("undetermined", None, None, None, like.last_turns, like.level)
+
+
+def camera_moves(frames: pd.DataFrame) -> tuple[str, ...]:
+    """A note for every frame from which on the camera stood elsewhere."""
+    if "flags" not in frames:
+        return ()
+    moved = frames["flags"].fillna("").astype(str).str.contains("CAMERA_MOVED", regex=False)
+    return tuple(
+        f"the camera or the rig moved before frame {frame} (at {turns:.4g} turns): what lies "
+        "before and after was measured on its own"
+        for frame, turns in zip(
+            frames["frame"][moved], numbers(frames, "turns")[moved], strict=True
+        )
+    )
