@@ -40,6 +40,14 @@ def measure_slowly(recording: Recording, start: int, stop: int) -> Iterator[Fram
         yield result
 
 
+def measure_held(recording: Recording, start: int, stop: int) -> Iterator[FrameResult]:
+    """The second segment of a recording is not begun before it is released."""
+    release = Path(os.environ["STAND_IN_RELEASE"])
+    while start > 0 and not release.exists():
+        time.sleep(0.01)
+    yield from measure(recording, start, stop)
+
+
 def measure_and_die_once(recording: Recording, start: int, stop: int) -> Iterator[FrameResult]:
     """The first process that measures this recording is killed midway."""
     mark = Path(os.environ["STAND_IN_MARK"])

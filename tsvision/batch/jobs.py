@@ -8,7 +8,7 @@ import importlib
 import os
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +19,7 @@ from tsvision.images.frames import input_files
 from tsvision.records import Recording
 from tsvision.results.folder import ALWAYS_THERE, PROFILES, staged
 from tsvision.results.read import read_summary
-from tsvision.results.summary import content_key, sha256_of
+from tsvision.results.summary import code_digest, content_key, sha256_of
 from tsvision.results.tables import (
     ProfileWriter,
     knot_table_to_parquet,
@@ -43,6 +43,17 @@ class Prepared:
     frames: int
     done: bool
     digests: Mapping[Path, str]
+
+
+def with_same_program(program: str, job: Callable[..., Any], *arguments: Any) -> Any:
+    """Do a job if this worker's sources are those of the batch that sent it (`program`, their
+    digest): results of two programs must not meet under one key. Raises InputError."""
+    if code_digest() != program:
+        raise InputError(
+            "a worker runs other sources of tsvision than the batch that sent its work; install "
+            "the same version everywhere and start again"
+        )
+    return job(*arguments)
 
 
 def prepare(request: Request, out: Path, name: str) -> Prepared:

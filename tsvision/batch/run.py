@@ -23,12 +23,21 @@ from tsvision.batch.engines import (
     LocalEngine,
     WorkerDied,
 )
-from tsvision.batch.jobs import CHUNKS, MEASURE, RECORDINGS, Prepared, measure_chunk, merge, prepare
+from tsvision.batch.jobs import (
+    CHUNKS,
+    MEASURE,
+    RECORDINGS,
+    Prepared,
+    measure_chunk,
+    merge,
+    prepare,
+    with_same_program,
+)
 from tsvision.batch.lock import hold
 from tsvision.batch.log import RunLog
 from tsvision.batch.plan import Item
 from tsvision.errors import InputError
-from tsvision.results.summary import to_json
+from tsvision.results.summary import code_digest, to_json
 from tsvision.run import SEGMENT_FRAMES
 
 Progress = Callable[["Counts"], None]
@@ -158,6 +167,7 @@ class _Batch:
         self._out, self._engine, self._measure, self._log = out, engine, measure, log
         self._chunk = -(-chunk_frames // SEGMENT_FRAMES) * SEGMENT_FRAMES
         self._progress = progress or (lambda counts: None)
+        self._program = code_digest()
         self._pending = 0
         self._done: list[str] = []
         self._kept: list[str] = []
@@ -185,7 +195,8 @@ class _Batch:
     def _submit(self, label: tuple[str, str], function: Callable[..., Any], *args: Any) -> None:
         self._pending += 1
         # what completes a recording goes first, so that a stop finds it finished
-        self._engine.submit(Job(label, function, args, urgent=label[0] == "merge"))
+        work = (self._program, function, *args)
+        self._engine.submit(Job(label, with_same_program, work, urgent=label[0] == "merge"))
 
     def _take(self, done: Done) -> None:
         stage, name = done.job.label
