@@ -24,6 +24,20 @@ def command(
         Path | None, typer.Option("--out", help="Also write the JSON here (predict can use it).")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="JSON on stdout.")] = False,
+    pictures: Annotated[
+        Path | None,
+        typer.Option(
+            "--pictures",
+            help="Instead: frames beside the renderer's best reconstruction, written to this folder"
+            " (needs --recording).",
+        ),
+    ] = None,
+    recording: Annotated[
+        Path | None, typer.Option("--recording", help="The recording that DATA was measured from.")
+    ] = None,
+    frame: Annotated[
+        list[int] | None, typer.Option("--frame", help="Which frame; may be repeated.")
+    ] = None,
 ) -> None:
     """Name what the model gets wrong about measured data, or say that it cannot be told.
 
@@ -31,6 +45,9 @@ def command(
     """
     # Small matrices: threads only wait for each other. Has no effect once NumPy is loaded.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if pictures is not None:
+        _show_pictures(data, recording, pictures, frame or [])
+        return
     from tsvision.diagnosis.sources import diagnose_sources
     from tsvision.records import Rig
 
@@ -52,3 +69,16 @@ def command(
     print(f"{verdict.status.replace('_', ' ')}\n\n{verdict.paragraph}\n")
     for item in verdict.evidence[:8]:
         print(f"  {' + '.join(item['causes']):<45} log evidence gain {item['log_evidence_gain']:g}")
+
+
+def _show_pictures(data: list[Path], recording: Path | None, out: Path, frames: list[int]) -> None:
+    from tsvision.errors import InputError
+
+    if recording is None or len(data) != 1:
+        raise InputError("--pictures takes one measured folder and its --recording")
+    from cli.side_by_side import side_by_side, told
+
+    for shown in side_by_side(data[0], recording, out, frames):
+        print(told(shown))
+        print(f"  {shown.file}", file=sys.stderr)
+    print(out / "reconstruction.csv")

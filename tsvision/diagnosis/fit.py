@@ -24,6 +24,7 @@ UNIFORM_RIDGE = 1.0  # a weak pull that keeps a flat direction finite; undone in
 MOST_STARTS = 40
 SCOUTS = 3
 SCOUTING_STEPS = 5
+MISLED = 0.1  # how often what the pictures of a run showed is wrong, or not there to be seen
 SETTLED = 5e-3  # of the log posterior, of the noise's log scale and correlation
 
 
@@ -410,6 +411,7 @@ def _finish(
         + layout.log_prior
         + 0.5 * float(np.linalg.slogdet(covariance)[1])
         + _inside(layout, theta, covariance)
+        + _seen(problem, layout, theta)
         - _noise_cost(problem, sigma, rho)
     )
     return Fit(
@@ -442,6 +444,26 @@ def _inside(layout: _Layout, theta: np.ndarray, covariance: np.ndarray) -> float
     sd = np.sqrt(np.diag(covariance)[own])
     inside = ndtr((layout.high[own] - theta[own]) / sd) - ndtr((layout.low[own] - theta[own]) / sd)
     return float(np.sum(np.log(np.maximum(inside, 1e-12))))
+
+
+def _seen(problem: Problem, layout: _Layout, theta: np.ndarray) -> float:
+    """Log odds of what pictures showed, given the onsets at `theta`, against not having looked."""
+    odds = 0.0
+    for i, (key, p) in enumerate(layout.keys, start=layout.nz):
+        mechanism, _, name = key.partition(".")
+        if name != "onset_turns":
+            continue
+        onset = float(to_value(p, theta[i], problem.reference))
+        for sight in problem.table.sightings:
+            if sight.mechanism != mechanism:
+                continue
+            ratio = 0.0
+            if sight.observed:
+                width = max(sight.high - sight.low, 0.1 * problem.reference.span_turns)
+                away = max(sight.low - onset, onset - sight.high, 0.0) / (0.25 * width)
+                ratio = problem.reference.span_turns / width * float(np.exp(-0.5 * away**2))
+            odds += float(np.log(MISLED + (1.0 - MISLED) * ratio))
+    return odds
 
 
 def _noise_cost(problem: Problem, sigma: np.ndarray, rho: np.ndarray) -> float:

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tsvision.diagnosis.table import NAN, Table, table_from_rows
+from tsvision.diagnosis.table import NAN, Sighting, Table, table_from_rows
 from tsvision.errors import InputError
 from tsvision.records import Rig
 
@@ -34,6 +34,7 @@ STEEPEST_RAD = math.radians(70.0)  # strands side by side cannot be laid steeper
 STRAIGHT = "twist"  # the phase in which the zone's mean helix is the one beside the separator
 KNOTTED = {"knotted", "irreversible"}  # from here on, knots keep turns that the motor takes back
 HEADER = ("run", "turns", "load_N", "branch", "time_s", "cycle", "observable", "value", "value_sd")
+ONSETS = {"overtwist_onset": "coiling", "knot_onset": "knot_absorption"}
 CONSTANTS = {
     "strings": "strings.count",
     "string_diameter_mm": "strings.diameter_mm",
@@ -60,14 +61,31 @@ def table_from_folders(folders: Sequence[Path], rig: Rig) -> Table:
         gains["diameter_mm"] = math.hypot(gains["diameter_mm"], COMMON * _edges_sd(table))
         # What acts on all diameters alike still wanders with the strands' shading.
         seen = table.value[table.observable == table.observables.index("diameter_mm")]
-        drifts["diameter_mm"] = _edges_sd(table) * float(np.median(seen))
+        drifts["diameter_mm"] = 2.0 * _edges_sd(table) * float(np.median(seen))
     scale = _scale_sd(folders[0])
     return replace(
         table,
         drifts=drifts,
+        sightings=tuple(s for folder in folders for s in _sightings(folder)),
         gain_sd={**table.gain_sd, **gains},
         camera_sd=table.camera_sd if math.isnan(scale) else max(scale, 1e-4),
     )
+
+
+def _sightings(folder: Path) -> list[Sighting]:
+    """What the onsets in the summary say of coils and of knots."""
+    _, summary = _read(folder)
+    found = []
+    for key, mechanism in ONSETS.items():
+        onset = summary.get(key) or {}
+        status = onset.get("status")
+        if status == "not_observed":
+            found.append(Sighting(mechanism, observed=False))
+        elif status == "observed":
+            low, high = _number(onset.get("low")), _number(onset.get("high"))
+            if low <= high:
+                found.append(Sighting(mechanism, True, low, high))
+    return found
 
 
 def _edges_sd(table: Table) -> float:
@@ -89,6 +107,7 @@ def _rows(folder: Path, rig: Rig, run: str) -> list[dict]:
     peak, knotted = -math.inf, False
     turned = [abs(_number(f.get("turns"))) for f in frames]
     most = max((t for t in turned if not math.isnan(t)), default=NAN)
+    coiled = _coiled_from(frames, turned)
     rows = []
     for frame, turns in zip(frames, turned, strict=True):
         flags = set(filter(None, (frame.get("flags") or "").split("|")))
@@ -107,9 +126,22 @@ def _rows(folder: Path, rig: Rig, run: str) -> list[dict]:
             "cycle": _number(frame.get("cycle")),
             **{name: constants[name] for name in CONSTANTS},
         }
-        straight = phase == STRAIGHT and not knotted
+        straight = turns < coiled and not knotted
         rows += [{**common, **seen} for seen in _seen(frame, flags, zone_mm, straight)]
     return rows
+
+
+def _coiled_from(frames: list[dict], turned: list[float]) -> float:
+    """The fewest turns, up to the first knot, at which the bundle was no longer straight: on the
+    other branch the same turns may pass as straight, by little."""
+    fewest = math.inf
+    for frame, turns in zip(frames, turned, strict=True):
+        phase = frame.get("phase") or STRAIGHT
+        if phase != STRAIGHT:
+            fewest = min(fewest, turns)
+        if phase in KNOTTED:
+            break
+    return fewest
 
 
 def _seen(frame: dict, flags: set[str], zone_mm: float, straight: bool) -> list[dict]:

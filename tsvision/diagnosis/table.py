@@ -47,6 +47,17 @@ BRANCHES = {"wind": False, "unwind": True, "": False}
 
 
 @dataclass(frozen=True)
+class Sighting:
+    """What the pictures of one run showed of a mechanism: it set in between `low` and `high` turns,
+    or was not seen (`observed` False) although it would have been."""
+
+    mechanism: str
+    observed: bool
+    low: float = NAN
+    high: float = NAN
+
+
+@dataclass(frozen=True)
 class Table:
     """Observations and the conditions under which they were made.
 
@@ -72,6 +83,7 @@ class Table:
     gain_sd: dict[str, float] = field(default_factory=dict)  # observable -> sd of its gauge's gain
     # observable -> size of slow errors that its instrument is known to make along a recording
     drifts: dict[str, float] = field(default_factory=dict)
+    sightings: tuple[Sighting, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
