@@ -3,8 +3,9 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+DOCS_STAMP := $(VENV)/.installed-docs
 
-.PHONY: demo test lint types bench docs clean
+.PHONY: demo test lint types docs wheel clean
 
 $(STAMP): pyproject.toml
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -24,10 +25,18 @@ types: $(STAMP)
 test: lint types
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
-docs: $(STAMP)
+$(DOCS_STAMP): $(STAMP)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[docs]"
+	touch $(DOCS_STAMP)
+
+docs: $(DOCS_STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 	@echo "open site/index.html"
+
+# sdist and wheel in dist/, the wheel tried in an empty environment
+wheel: $(STAMP)
+	$(BIN)/python -m tests.bench.wheel --place out/wheel
+	mkdir -p dist && cp out/wheel/dist/* dist/
 
 clean:
 	rm -rf demo out site build dist .pytest_cache .mypy_cache .ruff_cache
