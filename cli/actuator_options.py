@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -11,8 +11,6 @@ from tsvision.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
-
-    from tsvision.actuator.geometry import Geometry
 
 MOST_VALUES = 100_000
 
@@ -54,12 +52,19 @@ LoadOption = Annotated[float | None, typer.Option("--load", "--load-N", help="Lo
 JsonOption = Annotated[bool, typer.Option("--json", help="JSON on stdout.")]
 
 
-def resolve(
-    paper: int | None,
-    rig: Path | None,
-    section: str,
-    **given: float | int | None,
-) -> Geometry:
+def read_geometry(
+    paper: PaperOption = None,
+    rig: RigOption = None,
+    strings: StringsOption = None,
+    string_diameter: StringDiameterOption = None,
+    zone: ZoneOption = None,
+    hole_distance: HoleDistanceOption = None,
+    diameter: DiameterOption = None,
+    section: SectionOption = "pair_core",
+    hole_diameter: HoleDiameterOption = None,
+    pitch: PitchOption = None,
+    load: LoadOption = None,
+) -> Any:
     """Geometry from --paper, then --rig, then single options; the later wins."""
     from tsvision.actuator.geometry import (
         Geometry,
@@ -75,10 +80,20 @@ def resolve(
         from tsvision.rig import load_rig
 
         geometry = override(geometry, **known_values(rig_geometry(load_rig(rig))))
-    changed = {"strings", "string_diameter_mm"} & {k for k, v in given.items() if v is not None}
-    if paper is not None and changed and given.get("bundle_diameter_mm") is None:
+    other_strings = strings is not None or string_diameter is not None
+    if paper is not None and other_strings and diameter is None:
         # Other strings make another bundle: the caliper's D no longer belongs to them.
         geometry = Geometry(**{**known_values(geometry), "bundle_diameter_mm": float("nan")})  # type: ignore[arg-type]
+    given = {
+        "strings": strings,
+        "string_diameter_mm": string_diameter,
+        "twisting_zone_mm": zone,
+        "hole_distance_mm": hole_distance,
+        "bundle_diameter_mm": diameter,
+        "hole_diameter_mm": hole_diameter,
+        "pitch_mm": pitch,
+        "load_N": load,
+    }
     return with_bundle(override(geometry, **given), section)
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from cli.shared_options import with_options
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,26 +23,45 @@ command = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-JsonOption = Annotated[bool, typer.Option("--json", help="JSON on stdout.")]
-WriteOption = Annotated[
-    Path | None, typer.Option("--write", help="rig.toml to put the scale (and lens) into.")
-]
 PointsOption = Annotated[str | None, typer.Option("--points", help='Two points, "x,y x,y" in px.')]
 GammaOption = Annotated[
     float | None, typer.Option("--gamma", help="Exponent that encodes the picture; else sRGB.")
 ]
-NearerOption = Annotated[
-    float, typer.Option("--nearer-mm", help="How much nearer to the camera the bundle lies.")
-]
-NearerSdOption = Annotated[
-    float, typer.Option("--nearer-mm-sd", help="Standard uncertainty of that depth.")
-]
-DistanceOption = Annotated[
-    float | None, typer.Option("--distance-mm", help="Camera to the calibrated plane.")
-]
+
+
+@dataclass(frozen=True)
+class Ending:
+    """What every way to a scale ends in: the bundle's depth before the calibrated plane, and where
+    the answer goes."""
+
+    nearer_mm: float
+    nearer_mm_sd: float
+    distance_mm: float
+    as_json: bool
+    write: Path | None
+
+
+def read_ending(
+    nearer_mm: Annotated[
+        float, typer.Option("--nearer-mm", help="How much nearer to the camera the bundle lies.")
+    ] = 0.0,
+    nearer_mm_sd: Annotated[
+        float, typer.Option("--nearer-mm-sd", help="Standard uncertainty of that depth.")
+    ] = 0.0,
+    distance_mm: Annotated[
+        float | None, typer.Option("--distance-mm", help="Camera to the calibrated plane.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="JSON on stdout.")] = False,
+    write: Annotated[
+        Path | None, typer.Option("--write", help="rig.toml to put the scale (and lens) into.")
+    ] = None,
+) -> Ending:
+    """The options that all sub-commands share."""
+    return Ending(nearer_mm, nearer_mm_sd, _or_nan(distance_mm), as_json, write)
 
 
 @command.command()
+@with_options(ending=read_ending)
 def points(
     ends: Annotated[str, typer.Option("--points", help='Two points, "x,y x,y" in px.')],
     length_mm: Annotated[float, typer.Option("--length-mm", help="The length between them.")],
@@ -47,31 +69,26 @@ def points(
     point_sd_px: Annotated[
         float, typer.Option("--point-sd-px", help="How well each point is placed.")
     ] = 0.5,
-    nearer_mm: NearerOption = 0.0,
-    nearer_mm_sd: NearerSdOption = 0.0,
-    distance_mm: DistanceOption = None,
-    as_json: JsonOption = False,
-    write: WriteOption = None,
+    *,
+    ending: Any,
 ) -> None:
     """Scale from two points and the length between them."""
     from tsvision.images.calibration import from_points
 
     first, second = _two_points(ends)
     found = from_points(first, second, length_mm, length_mm_sd, point_sd_px)
-    _tell(_in_depth(found, nearer_mm, nearer_mm_sd, distance_mm), as_json, write)
+    _tell(found, ending)
 
 
 @command.command()
+@with_options(ending=read_ending)
 def ruler(
     picture: Annotated[Path, typer.Argument(help="A picture with a ruler beside the bundle.")],
     ends: Annotated[str, typer.Option("--points", help='A line across the ticks, "x,y x,y".')],
     division_mm: Annotated[float, typer.Option("--division-mm", help="From tick to tick.")] = 1.0,
     gamma: GammaOption = None,
-    nearer_mm: NearerOption = 0.0,
-    nearer_mm_sd: NearerSdOption = 0.0,
-    distance_mm: DistanceOption = None,
-    as_json: JsonOption = False,
-    write: WriteOption = None,
+    *,
+    ending: Any,
 ) -> None:
     """Scale from the ticks of a ruler along a line."""
     from tsvision.errors import InputError
@@ -81,10 +98,11 @@ def ruler(
         raise InputError(f"--division-mm {division_mm}: must be greater than 0")
     first, second = _two_points(ends)
     found = from_ruler(_read(picture), first, second, division_mm, _or_nan(gamma))
-    _tell(_in_depth(found, nearer_mm, nearer_mm_sd, distance_mm), as_json, write)
+    _tell(found, ending)
 
 
 @command.command()
+@with_options(ending=read_ending)
 def charuco(
     pictures: Annotated[
         list[Path],
@@ -96,11 +114,8 @@ def charuco(
     at: Annotated[
         str | None, typer.Option("--at", help='Where the scale is wanted, "x,y"; else mid board.')
     ] = None,
-    nearer_mm: NearerOption = 0.0,
-    nearer_mm_sd: NearerSdOption = 0.0,
-    distance_mm: DistanceOption = None,
-    as_json: JsonOption = False,
-    write: WriteOption = None,
+    *,
+    ending: Any,
 ) -> None:
     """Scale and tilt from a ChArUco board; with three views or more the lens's distortion too."""
     import math
@@ -121,13 +136,13 @@ def charuco(
     found = calibrate_charuco(
         [view for _, view in seen if view is not None], (place[0], place[1]) if place else None
     )
-    known_mm = found.found["distance_mm"]
-    if distance_mm is None and math.isfinite(known_mm):
-        distance_mm = known_mm
-    _tell(_in_depth(found, nearer_mm, nearer_mm_sd, distance_mm), as_json, write)
+    if math.isnan(ending.distance_mm):
+        ending = replace(ending, distance_mm=found.found["distance_mm"])
+    _tell(found, ending)
 
 
 @command.command()
+@with_options(ending=read_ending)
 def gauge(
     picture: Annotated[Path, typer.Argument(help="A picture with a straight cylinder in it.")],
     diameter_mm: Annotated[float, typer.Option("--diameter-mm", help="Its known diameter.")],
@@ -137,11 +152,8 @@ def gauge(
     roi: Annotated[str | None, typer.Option("--roi-px", help="x,y,width,height around it.")] = None,
     ends: PointsOption = None,
     gamma: GammaOption = None,
-    nearer_mm: NearerOption = 0.0,
-    nearer_mm_sd: NearerSdOption = 0.0,
-    distance_mm: DistanceOption = None,
-    as_json: JsonOption = False,
-    write: WriteOption = None,
+    *,
+    ending: Any,
 ) -> None:
     """Scale, blur and light from a gauge pin or any cylinder of known diameter."""
     from tsvision.errors import InputError
@@ -154,7 +166,7 @@ def gauge(
     axis = _two_points(ends) if ends else None
     pixels = _read(picture)
     found = calibrate_gauge(pixels, diameter_mm, diameter_mm_sd, region, axis, _or_nan(gamma))
-    _tell(_in_depth(found, nearer_mm, nearer_mm_sd, distance_mm), as_json, write)
+    _tell(found, ending)
 
 
 def _read(path: Path) -> np.ndarray:
@@ -190,20 +202,14 @@ def _or_nan(value: float | None) -> float:
     return float("nan") if value is None else value
 
 
-def _in_depth(
-    found: Calibration, nearer_mm: float, nearer_mm_sd: float, distance_mm: float | None
-) -> Calibration:
+def _tell(found: Calibration, ending: Ending) -> None:
     from tsvision.images.calibration import moved_in_depth
-
-    return moved_in_depth(found, nearer_mm, nearer_mm_sd, _or_nan(distance_mm))
-
-
-def _tell(found: Calibration, as_json: bool, write: Path | None) -> None:
     from tsvision.results.summary import to_json
 
-    if write is not None:
-        _write(found, write)
-    if as_json:
+    found = moved_in_depth(found, ending.nearer_mm, ending.nearer_mm_sd, ending.distance_mm)
+    if ending.write is not None:
+        _write(found, ending.write)
+    if ending.as_json:
         told: dict[str, Any] = {
             "mm_per_px": found.mm_per_px,
             "mm_per_px_sd": found.mm_per_px_sd,
@@ -226,8 +232,8 @@ def _tell(found: Calibration, as_json: bool, write: Path | None) -> None:
         typer.echo("lens = [" + ", ".join(f"{v:.6g}" for v in found.lens) + "]")
     for note in found.notes:
         typer.echo(note, err=True)
-    if write is not None:
-        typer.echo(f"written to {write}")
+    if ending.write is not None:
+        typer.echo(f"written to {ending.write}")
 
 
 def _write(found: Calibration, path: Path) -> None:

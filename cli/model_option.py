@@ -6,6 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tsvision.errors import InputError
+
 if TYPE_CHECKING:
     from tsvision.actuator.geometry import Geometry
 
@@ -33,7 +35,21 @@ def keywords(chosen: Any, geometry: Geometry) -> dict[str, Any]:
         known["strings"] = float(geometry.strings)
     if geometry.load_N == geometry.load_N:
         known["load_N"] = geometry.load_N
+    lacking = [name for name in getattr(chosen, "parameters", ()) if name not in known]
+    if lacking and not hasattr(chosen, "nominal"):
+        raise InputError(
+            f"model '{chosen.name}' needs {', '.join(lacking)}; give "
+            f"{', '.join(dict.fromkeys(_option_of(name) for name in lacking))}, a --rig that holds "
+            "them, or --paper N"
+        )
     return chosen.geometry(known)
+
+
+def _option_of(keyword: str) -> str:
+    """The option that brings a model's keyword; radii follow from the bundle's diameter."""
+    from tsvision.actuator.geometry import OPTION
+
+    return OPTION["bundle_diameter_mm" if keyword.endswith("radius_mm") else keyword]
 
 
 def completed(chosen: Any, geometry: Geometry) -> Geometry:

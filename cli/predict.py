@@ -6,12 +6,13 @@ import json
 import math
 import sys
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from cli import actuator_options as options
 from cli import model_option
+from cli.shared_options import with_options
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,22 +22,12 @@ if TYPE_CHECKING:
     from tsvision.models import DisplacementModel
 
 
+@with_options(geometry=options.read_geometry)
 def command(
     turns: Annotated[str, typer.Option("--turns", "-t", help="0,10,20 or start:stop:step")],
     model: Annotated[
         str, typer.Option("--model", "-m", help="One of the shelf, or verdict.json.")
     ] = ("constant_radius"),
-    paper: options.PaperOption = None,
-    rig: options.RigOption = None,
-    strings: options.StringsOption = None,
-    string_diameter: options.StringDiameterOption = None,
-    zone: options.ZoneOption = None,
-    hole_distance: options.HoleDistanceOption = None,
-    diameter: options.DiameterOption = None,
-    section: options.SectionOption = "pair_core",
-    hole_diameter: options.HoleDiameterOption = None,
-    pitch: options.PitchOption = None,
-    load: options.LoadOption = None,
     friction: Annotated[float, typer.Option("--friction", help="μ at the hole's edge.")] = 0.0,
     axial_stiffness: Annotated[
         float | None, typer.Option("--axial-stiffness", help="EA of one string, N.")
@@ -48,25 +39,14 @@ def command(
         float | None, typer.Option("--motor-torque", help="Stall torque there, N m.")
     ] = None,
     as_json: options.JsonOption = False,
+    *,
+    geometry: Any,
 ) -> None:
     """Displacement (mm), slope, and with --load the motor torque; onset and limit besides."""
     from tsvision.actuator.geometry import known_values
     from tsvision.actuator.outlook import outlook
 
     chosen = model_option.choose(model)
-    geometry = options.resolve(
-        paper,
-        rig,
-        section,
-        strings=strings,
-        string_diameter_mm=string_diameter,
-        twisting_zone_mm=zone,
-        hole_distance_mm=hole_distance,
-        bundle_diameter_mm=diameter,
-        hole_diameter_mm=hole_diameter,
-        pitch_mm=pitch,
-        load_N=load,
-    )
     at = options.numbers(turns, "--turns")
     geometry = model_option.completed(chosen, geometry)
     keywords = model_option.keywords(chosen, geometry)
