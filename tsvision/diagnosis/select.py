@@ -29,11 +29,8 @@ DEEPENED = 4
 HOPELESS = 20.0  # log evidence behind the best, beyond half the best's gain
 SECOND_ALARM = 4.0  # log evidence that a further cause must gain …
 SECOND_SHARE = 0.012  # … and at least this share of what the first gained, …
-KIN_SHARE = 0.05  # … or this, where it acts on the same quantity as another: a form that fits badly
-KIN = (
-    {"radius_bias", "radius_step", "variable_radius"},
-    {"angle_scale", "lost_turns", "knot_absorption"},
-)
+KIN_SHARE = 0.05  # … or this, where both say how r goes with the turns: one form that fits badly
+KIN = {"radius_bias", "radius_step", "variable_radius"}
 LEAST_SHARE = 0.01  # of the base's misfit that a further cause must account for, or …
 LEAST_SIZE = 0.7  # … of a reading's usual noise
 PRIOR_LOG_ODDS = {"variable_radius": -1.0}  # the paper refutes it for the overtwist phase
@@ -271,8 +268,7 @@ def _choose(problem: Problem, base: Fit, candidates: list[Candidate]) -> Candida
 
 def _further_share(names: tuple[str, ...]) -> float:
     """What a further cause must gain, as a share of the first's gain."""
-    akin = any(len(group & set(names)) > 1 for group in KIN)
-    return KIN_SHARE if akin else SECOND_SHARE
+    return KIN_SHARE if len(KIN & set(names)) > 1 else SECOND_SHARE
 
 
 def _is_trifle(problem: Problem, smaller: Fit, larger: Fit) -> bool:

@@ -46,7 +46,9 @@ def paragraph(
             f"base: {gain['base']:.3g} {unit}; {gain['ratio']:.2g} times better, 95 % interval "
             f"{gain['low']:.2g} to {gain['high']:.2g})."
         )
-    if residual["lack_of_fit_p"] is not None and residual["lack_of_fit_p"] < 0.01:
+    if residual["lack_of_fit_p"] is None:
+        said.append("There are too few readings to test whether anything is left over.")
+    elif residual["lack_of_fit_p"] < 0.01:
         said.append(f"A small part is left over: {residual['hint']}.")
     said += _next_best(rivals, len(equivalent) > 1)
     if next_experiment:

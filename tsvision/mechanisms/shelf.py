@@ -314,6 +314,9 @@ def softplus(number: np.ndarray, width: np.ndarray | float) -> np.ndarray:
 
 
 def tension_at(state: State, radius_mm: np.ndarray) -> np.ndarray:
-    """A string's tension in N, T = F / (N cos β), for a trial radius."""
-    lay = state.alpha_rad * radius_mm / state.zone_mm
+    """A string's tension in N, T = F / (N cos β), for a trial radius.
+
+    Turns that coil the bundle count too: on its way round the coil a string leans no less.
+    """
+    lay = (state.alpha_rad + state.coiled_rad) * radius_mm / state.zone_mm
     return state.at.tension_N * np.sqrt(1.0 + lay * lay)
