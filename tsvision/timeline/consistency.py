@@ -16,7 +16,14 @@ from tsvision.timeline import evidence as speak
 from tsvision.timeline.chain import Histories
 from tsvision.timeline.order import Order, numbers
 
-RISING = (("turns_seen", 1), ("string_length_mm", 1), ("pitch_px", -1), ("pitch_mm", -1))
+RISING = (
+    ("turns_seen", 1),
+    ("string_length_mm", 1),
+    ("pitch_px", -1),
+    ("coil_amplitude_mm", 1),
+    ("baseline_envelope_mm", 1),
+    ("unevenness", 1),
+)
 TWISTED_TURNS = 3.0
 LEAST_SEEN = 0.3
 LEAST_OF_SOLID = 0.7  # scale, edges and hard light may be off by so much, not by more
@@ -24,6 +31,7 @@ MOST_OF_RING = 1.6
 LEAST_FRAMES = 8
 LEAST_TURNS = 5.0
 LEAST_RANK_CORRELATION = 0.4
+CHANCE_SDS = 2.6  # a shuffled series of n frames correlates by 1 / sqrt(n - 1), one sd
 MOST_AGAINST = 0.3
 STRONG = 2.0
 
@@ -36,22 +44,31 @@ def mismatch(frames: pd.DataFrame, order: Order, rig: Rig = Rig()) -> str:
     unseen = _no_twist_seen(frames, order) or _not_these_strings(frames, rig)
     if unseen:
         return unseen
+    ranks = _following(frames, order, given)
+    if not ranks or any(rank >= least for rank, least in ranks):
+        return ""
+    how = "fall" if any(rank <= -least for rank, least in ranks) else "do not follow"
+    return (
+        f"the twist and coiling in the pictures and the turn counts disagree "
+        f"(the pictures {how} where the turns rise): are the frames in the right order?"
+    )
+
+
+def _following(frames: pd.DataFrame, order: Order, given: np.ndarray) -> list[tuple[float, float]]:
+    """Rank correlation with the turns, and what chance could reach at most, of everything that
+    rises with them. One that does is enough: any of them can be misread for a whole stretch (a
+    wrong harmonic of the strands) or be level (no coiling yet)."""
+    ranks = []
     for column, sign in RISING:
         seen = np.abs(numbers(frames, column)[order.rows])
         both = np.isfinite(seen) & given
         if both.sum() < LEAST_FRAMES or np.ptp(order.wind[both]) < LEAST_TURNS:
             continue
-        if np.ptp(seen[both]) <= 0:
-            continue
-        rank = float(spearmanr(order.wind[both], sign * seen[both]).statistic)
-        if rank < LEAST_RANK_CORRELATION:
-            how = "fall" if rank < -LEAST_RANK_CORRELATION else "do not follow"
-            return (
-                f"the pictures' twist ({column}) and the turn counts disagree "
-                f"(the pictures {how} where the turns rise): are the frames in the right order?"
-            )
-        return ""
-    return ""
+        if np.ptp(seen[both]) > 0:
+            rank = float(spearmanr(order.wind[both], sign * seen[both]).statistic)
+            by_chance = min(CHANCE_SDS / np.sqrt(both.sum() - 1), 0.85)
+            ranks.append((rank, max(LEAST_RANK_CORRELATION, float(by_chance))))
+    return ranks
 
 
 def _no_twist_seen(frames: pd.DataFrame, order: Order) -> str:
