@@ -12,7 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from synth.reconstruct import Reconstruction, Rope, reconstruct
+from synth.reconstruct import Reconstruction, Rope, likeness, reconstruct
 from tsvision.errors import InputError
 from tsvision.images.frames import iter_frames, open_recording
 from tsvision.images.linear import LUMA_BGR, project, to_linear
@@ -21,6 +21,7 @@ from tsvision.results.read import read_measurement
 STRIP_D = 32.0  # px that D takes in the strip
 PITCHES = 2.5  # length of the strip
 LEAST_D, MOST_D = 4.0, 12.0  # the same in units of D, whatever the pitch
+PLACES = (0.4, 0.5, 0.6, 0.7, 0.8)  # along the axis: where the strands meet is not always known
 HALF_D = 1.3  # to either side of the axis
 FRAMES = 3  # shown unless they are named
 ENLARGED = 3
@@ -70,11 +71,9 @@ def side_by_side(
         if frame is None or frame.pixels is None:
             continue
         light = to_linear(frame.pixels, float(rig.get("camera.gamma") or math.nan))
-        strip, scale = _strip(project(light, LUMA_BGR), row)
         blur = row.get("blur_px")
-        blur_px = scale * float(blur if blur is not None and math.isfinite(blur) else 0.8)
-        rope = Rope(int(count), STRIP_D, row["pitch_px"] * scale, str(row.get("handedness") or "Z"))
-        found = reconstruct(strip, rope, blur_px)
+        blur_px = float(blur if blur is not None and math.isfinite(blur) else 0.8)
+        found, strip, scale = _drawn_again(project(light, LUMA_BGR), row, int(count), blur_px)
         file = out / f"frame_{k:05d}.png"
         cv2.imwrite(str(file), _sheet(strip, found, _caption(k, row, found, scale)))
         shown.append(Shown(k, float(row["turns"]), found, scale, file))
@@ -99,6 +98,18 @@ def told(shown: Shown) -> str:
     return said
 
 
+def _drawn_again(
+    light: np.ndarray, row: dict[str, Any], count: int, blur_px: float
+) -> tuple[Reconstruction, np.ndarray, float]:
+    """The piece that looks most like a bundle, drawn again."""
+    strips = [_strip(light, row, place) for place in PLACES]
+    scale = strips[0][1]
+    hand = str(row.get("handedness") or "Z")
+    start = Rope(count, STRIP_D, row["pitch_px"] * scale, hand, blur_px=blur_px * scale)
+    best = min((strip for strip, _ in strips), key=lambda strip: likeness(strip, start))
+    return reconstruct(best, start), best, scale
+
+
 def _spread(rows: dict[int, dict[str, Any]]) -> list[int]:
     """A few frames, evenly over the turns of those that can be drawn."""
     able = [k for k, r in rows.items() if all(math.isfinite(r[name]) for name in NEEDED)]
@@ -109,19 +120,16 @@ def _spread(rows: dict[int, dict[str, Any]]) -> list[int]:
     return sorted({able[i] for i in places})
 
 
-def _strip(light: np.ndarray, row: dict[str, Any]) -> tuple[np.ndarray, float]:
-    """The middle of the bundle along its axis, enlarged so that D is STRIP_D px."""
+def _strip(light: np.ndarray, row: dict[str, Any], place: float) -> tuple[np.ndarray, float]:
+    """A piece about `place` (share of the axis), enlarged so that D is STRIP_D px."""
     start = np.array([row["axis_x0_px"], row["axis_y0_px"]])
     end = np.array([row["axis_x1_px"], row["axis_y1_px"]])
-    apex = np.array([row.get("apex_x_px", math.nan), row.get("apex_y_px", math.nan)])
     whole = float(np.linalg.norm(end - start))
     along = (end - start) / whole
-    first = float((apex - start) @ along) if np.isfinite(apex).all() else 0.0
-    first = min(max(first, 0.0), 0.8 * whole)
     d = float(row["diameter_px"])
     length = np.clip(PITCHES * row["pitch_px"], LEAST_D * d, MOST_D * d)
-    length = min(float(length), 0.9 * (whole - first))
-    middle = start + along * (first + 0.5 * (whole - first))
+    length = min(float(length), 0.5 * whole)
+    middle = start + along * np.clip(place * whole, 0.5 * length, whole - 0.5 * length)
     scale = STRIP_D / d
     width, height = round(length * scale), 2 * round(HALF_D * STRIP_D) + 1
     across = np.array([-along[1], along[0]])

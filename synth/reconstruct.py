@@ -9,6 +9,7 @@ tried as a taper, flattened strands and a loose section, one at a time.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import cv2
@@ -34,17 +35,17 @@ LIGHTS = (
         for direction in ((0.0, 0.0, 1.0), (0.0, 0.92, 0.39), (0.0, -0.92, 0.39))
     ),
 )
-PHASES = 16
-MOST_TRIES = 100  # of the straight bundle, half as many for each extra
+PHASES = 12
+MOST_TRIES = 140  # of the straight bundle, half as many for each extra
 MARGIN_D = 1.5  # the bundle is drawn so far beyond both ends, in units of D
 EXTRAS = {"taper": 0.04, "flattening": 0.06, "looseness": 0.06}  # first steps tried, either way
-# first steps of phase, log pitch, offset / D, log D, tilt over the length / D
-STEPS = np.array([0.15, 0.01, 0.03, 0.03, 0.03])
+# first steps of phase, log pitch, offset / D, log D, tilt over the length / D, log blur
+STEPS = np.array([0.15, 0.02, 0.03, 0.03, 0.03, 0.15])
 
 
 @dataclass(frozen=True)
 class Rope:
-    """A straight bundle in a strip; px, phase at the left end, x right, y down.
+    """A straight bundle in a strip; px, phase in the middle, x right, y down.
 
     `taper` is the relative change of the section along the strip, `flattening` the share by which
     the strands' outward axis is shorter, `looseness` that by which neighbours lie apart.
@@ -57,6 +58,7 @@ class Rope:
     phase_rad: float = 0.0
     offset_px: float = 0.0
     tilt_px: float = 0.0
+    blur_px: float = 1.0
     taper: float = 0.0
     flattening: float = 0.0
     looseness: float = 0.0
@@ -75,33 +77,49 @@ class Reconstruction:
     extras: dict[str, tuple[float, float]]
 
 
-def reconstruct(photo: np.ndarray, start: Rope, blur_px: float) -> Reconstruction:
+def reconstruct(photo: np.ndarray, start: Rope) -> Reconstruction:
     """The best drawing of `photo` (h, w), linear light, the axis along its middle row."""
-    half = 0.75 * start.diameter_px
-    near = np.abs(np.arange(photo.shape[0]) - (photo.shape[0] - 1) / 2) < half
-
-    def cost(rope: Rope) -> float:
-        picture, _ = drawn(rope, photo, blur_px)
-        return float(np.sqrt(np.mean((picture - photo)[near] ** 2)))
-
-    turn = 2.0 * np.pi / (2 if start.count % 2 == 0 else start.count)
-    phases = [replace(start, phase_rad=p) for p in np.arange(PHASES) / PHASES * turn]
-    first = sorted(phases, key=cost)[:2]
+    cost = _cost(photo, start)
+    first = sorted(_phases(start), key=cost)[:2]
     rope = min((_settled(r, cost) for r in first), key=cost)
     best = cost(rope)
     extras = {name: _with_extra(rope, cost, name) for name in EXTRAS}
-    picture, covered = drawn(rope, photo, blur_px)
+    picture, covered = drawn(rope, photo)
     inside, outside = photo[covered > 0.95], photo[covered < 0.01]
     contrast = abs(float(np.median(inside)) - float(np.median(outside)))
     return Reconstruction(rope, picture, covered, best, contrast, extras)
 
 
-def _settled(rope: Rope, cost, names: tuple[str, ...] = ()) -> Rope:  # type: ignore[no-untyped-def]
-    """Nelder-Mead over the five numbers of a straight bundle, and those of `names`."""
+def likeness(photo: np.ndarray, start: Rope) -> float:
+    """How much of the strip's own variation the best phase of `start` leaves: small on a bundle,
+    near 1 on legs or hardware."""
+    cost = _cost(photo, start)
+    return min(map(cost, _phases(start))) / max(float(photo.std()), 1e-9)
+
+
+def _phases(start: Rope) -> list[Rope]:
+    turn = 2.0 * np.pi / (2 if start.count % 2 == 0 else start.count)
+    return [replace(start, phase_rad=p) for p in np.arange(PHASES) / PHASES * turn]
+
+
+def _cost(photo: np.ndarray, start: Rope) -> Callable[[Rope], float]:
+    """The rms difference within 0.75 D of the axis."""
+    half = 0.75 * start.diameter_px
+    near = np.abs(np.arange(photo.shape[0]) - (photo.shape[0] - 1) / 2) < half
+
+    def cost(rope: Rope) -> float:
+        picture, _ = drawn(rope, photo)
+        return float(np.sqrt(np.mean((picture - photo)[near] ** 2)))
+
+    return cost
+
+
+def _settled(rope: Rope, cost: Callable[[Rope], float], names: tuple[str, ...] = ()) -> Rope:
+    """Nelder-Mead over the six numbers of a straight bundle, and those of `names`."""
     d = rope.diameter_px
 
     def at(u: np.ndarray) -> Rope:
-        more = {name: getattr(rope, name) + u[5 + i] for i, name in enumerate(names)}
+        more = {name: getattr(rope, name) + u[6 + i] for i, name in enumerate(names)}
         return replace(
             rope,
             phase_rad=rope.phase_rad + u[0],
@@ -109,6 +127,7 @@ def _settled(rope: Rope, cost, names: tuple[str, ...] = ()) -> Rope:  # type: ig
             offset_px=rope.offset_px + d * u[2],
             diameter_px=d * float(np.exp(np.clip(u[3], -0.5, 0.5))),
             tilt_px=rope.tilt_px + d * u[4],
+            blur_px=rope.blur_px * float(np.exp(np.clip(u[5], -1.0, 1.0))),
             **more,  # type: ignore[arg-type]
         )
 
@@ -124,15 +143,15 @@ def _settled(rope: Rope, cost, names: tuple[str, ...] = ()) -> Rope:  # type: ig
     return at(found.x)
 
 
-def _with_extra(rope: Rope, cost, name: str) -> tuple[float, float]:  # type: ignore[no-untyped-def]
+def _with_extra(rope: Rope, cost: Callable[[Rope], float], name: str) -> tuple[float, float]:
     better = _settled(rope, cost, (name,))
     return float(getattr(better, name)), cost(better)
 
 
-def drawn(rope: Rope, photo: np.ndarray, blur_px: float) -> tuple[np.ndarray, np.ndarray]:
+def drawn(rope: Rope, photo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The drawing under the lights and over the ground that come closest to `photo`, and its
     coverage, both (h, w)."""
-    lit, covered = _under_each_light(rope, photo.shape, blur_px)
+    lit, covered = under_each_light(rope, photo.shape)
     height, width = photo.shape
     down, along = np.mgrid[0:height, 0:width]
     bare = 1.0 - covered
@@ -143,9 +162,8 @@ def drawn(rope: Rope, photo: np.ndarray, blur_px: float) -> tuple[np.ndarray, np
     return (matrix @ strengths).reshape(photo.shape), covered
 
 
-def _under_each_light(
-    rope: Rope, shape: tuple[int, ...], blur_px: float
-) -> tuple[list[np.ndarray], np.ndarray]:
+def under_each_light(rope: Rope, shape: tuple[int, ...]) -> tuple[list[np.ndarray], np.ndarray]:
+    """The strands (1: white) under each of LIGHTS, over black, and their coverage."""
     height, width = shape
     view = View(
         rotation=np.eye(3),
@@ -169,8 +187,8 @@ def _under_each_light(
             Settings(look=look), view, pieces, dark, front, (0, 0, width, height),
             0.5 * rope.diameter_px,
         )  # fmt: skip
-        lit.append(_soft(image[..., 0], blur_px))
-    return lit, _soft(covered, blur_px)
+        lit.append(_soft(image[..., 0], rope.blur_px))
+    return lit, _soft(covered, rope.blur_px)
 
 
 def _soft(image: np.ndarray, blur_px: float) -> np.ndarray:
@@ -186,7 +204,7 @@ def _tubes(rope: Rope, width: int) -> list[Tube]:
     x = np.arange(-beyond, width + beyond, max(rope.pitch_px / 180.0, 0.25))
     grown = 1.0 + rope.taper * (x / width - 0.5)
     sign = 1.0 if rope.handedness != "S" else -1.0
-    turned = rope.phase_rad + sign * 2.0 * np.pi * x / rope.pitch_px
+    turned = rope.phase_rad + sign * 2.0 * np.pi * (x - 0.5 * width) / rope.pitch_px
     middle = -(rope.offset_px + rope.tilt_px * (x / width - 0.5))
     tubes = []
     for number, (a, b) in enumerate(section.sites * d * apart):

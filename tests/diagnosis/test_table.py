@@ -73,6 +73,41 @@ def test_metres_for_mm_are_noticed_and_asked_about() -> None:
     refused([r for r in moved if r["observable"] == "displacement_mm"], "are they in m")
 
 
+def test_a_few_metres_among_mm_are_noticed_and_asked_about() -> None:
+    x = [row for row in case() if row["observable"] == "displacement_mm"]
+    mixed = [{**r, "value": r["value"] / 1000} if i % 2 else r for i, r in enumerate(x)]
+    refused(mixed, "are they in m")
+
+
+def test_a_handful_of_readings_is_said_to_be_one() -> None:
+    """Four contractions of the paper's table under one load: no single cause, and too few to
+    test what is left."""
+    shape = {
+        "strings": 2,
+        "bundle_diameter_mm": 0.47,
+        "twisting_zone_mm": 23.2,
+        "hole_distance_nominal_mm": 5.0,
+    }
+    x = {20: 16.06, 30: 27.77, 40: 40.26, 55: 59.02}
+    rows = [
+        {"turns": turns, "observable": "displacement_mm", "value": value, **shape}
+        for turns, value in x.items()
+    ]
+    found = answer(rows)
+    assert found.status in ("ambiguous", "unexplained", "no_discrepancy")
+    assert found.residual["lack_of_fit_p"] is None
+    assert "too few readings" in found.paragraph or found.status != "ambiguous"
+
+
+def test_values_that_are_no_number_are_left_out_and_noted() -> None:
+    rows = case()
+    for i, nothing in enumerate((float("nan"), "NaN", "")):
+        rows[3 * i] = {**rows[3 * i], "value": nothing}
+    table = table_from_rows(list(rows[0]), rows, RIG)
+    assert table.rows == len(rows) - 3
+    assert any("3 rows without a value" in note for note in table.notes)
+
+
 def test_radians_for_degrees_are_noticed() -> None:
     turned = [
         {**row, "value": np.radians(row["value"])}
