@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -95,7 +96,7 @@ def recording_name(sources: list[str]) -> str:
         return first.resolve().name or "recording"
     if len(sources) == 1 and first.is_file():
         return first.stem
-    return first.resolve().parent.name or "recording"
+    return Path(os.path.abspath(first)).parent.name or "recording"  # which follows no links
 
 
 def parse_range(text: str | None) -> tuple[int, int | None] | None:

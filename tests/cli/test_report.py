@@ -99,3 +99,13 @@ def test_a_verdict_beside_the_tables_is_shown(tmp_path: Path) -> None:
     (made.measure_dir / "verdict.json").write_text(json.dumps(verdict))
     assert run(["report", str(made.measure_dir)]) == 0
     assert "no discrepancy" in (made.measure_dir / "report.html").read_text("utf-8")
+
+
+def test_what_is_made_from_a_measurement_goes_when_it_is_replaced() -> None:
+    from tsvision.report.page import PAGE_NAME
+    from tsvision.report.sheet import SHEET_NAME
+    from tsvision.report.video import VIDEO_NAME
+    from tsvision.report.viewer import VIEWER_NAME
+    from tsvision.results.folder import OWN_FILES
+
+    assert {PAGE_NAME, SHEET_NAME, VIDEO_NAME, VIEWER_NAME} <= OWN_FILES

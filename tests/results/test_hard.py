@@ -182,8 +182,10 @@ def test_the_command_tells_people_and_programs(
     pictures = sorted(str(p) for p in film.glob("*.png"))
     assert run(["measure", *pictures, "--out", "c", "--turns-from-name", r"f(\d+)"]) == 0
     assert "film: 12 frames" in capsys.readouterr().out
+    (tmp_path / "loop").symlink_to("loop")
     for bad in (
         ["measure", str(film)],  # exists
+        ["measure", "loop"],
         ["measure", "gone", "--out", "d"],
         ["measure", str(film), "--out", "d", "--frames", "x"],
         ["measure", str(film), "--out", "d", "--mm-per-px", "0"],

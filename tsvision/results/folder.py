@@ -28,7 +28,7 @@ ALWAYS_THERE = (
     SUMMARY,
 )
 # made from a measurement: they would lie about the one that replaces it
-_DERIVED = ("budget.csv", "report.html", "overlay.mp4", "sheet.png", "measured.rrd", "verdict.json")
+_DERIVED = ("budget.csv", "report.html", "overlay.mp4", "sheet.jpg", "measured.rrd", "verdict.json")
 OWN_FILES = frozenset({*ALWAYS_THERE, *_DERIVED})
 _OLD = "old"
 _SPARE_BYTES = 5_000_000
