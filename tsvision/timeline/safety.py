@@ -11,21 +11,26 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from scipy.stats import spearmanr
 
 from tsvision.records import Onset, Rig
 from tsvision.timeline.order import Order, numbers
+
+LEAST_RANK = 0.9  # of the string seen in the zone with the turns, for it to be believed
+SMOOTH_FRAMES = 5
 
 
 @dataclass(frozen=True)
 class Safe:
     """`turns`: largest safe turn count, None if it cannot be told; `basis`: what bounds it,
     irreversible_knot | knot | end_of_recording | nothing; `displacement_mm` and
-    `contraction_percent` there, None where unknown."""
+    `contraction_percent` there, None where unknown, and then `reason` says why."""
 
     turns: float | None
     basis: str
     displacement_mm: float | None
     contraction_percent: float | None
+    reason: str = ""
 
 
 def largest_safe(frames: pd.DataFrame, order: Order, onsets: dict[str, Onset], rig: Rig) -> Safe:
@@ -33,15 +38,14 @@ def largest_safe(frames: pd.DataFrame, order: Order, onsets: dict[str, Onset], r
     turns, basis = _safe_turns(onsets)
     if turns is None or not len(order.rows):
         return Safe(None, basis, None, None)
-    displacement = displacement_mm(frames, rig)[order.rows]
-    good = np.isfinite(displacement) & (order.direction > 0)
-    if good.sum() < 2:
-        return Safe(turns, basis, None, None)
-    wind, along = order.wind[good], displacement[good]
-    at = float(np.interp(abs(turns), wind[np.argsort(wind)], along[np.argsort(wind)]))
+    wind, along, reason = displacement_by_turns(frames, order, rig)
+    if reason:
+        return Safe(turns, basis, None, None, reason)
+    at = float(np.interp(abs(turns), wind, along))
     total = rig.actuator.twisting_zone_mm + float(along.max())
-    percent = 100.0 * at / total if np.isfinite(total) and total > 0 else None
-    return Safe(turns, basis, at, percent)
+    if not np.isfinite(total):
+        return Safe(turns, basis, at, None, "actuator.twisting_zone_mm is not given")
+    return Safe(turns, basis, at, 100.0 * at / total)
 
 
 def _safe_turns(onsets: dict[str, Onset]) -> tuple[float | None, str]:
@@ -63,12 +67,27 @@ def _nearer_bound(onset: Onset) -> float | None:
     return min(bounds, key=abs) if len(bounds) == 2 else None
 
 
-def displacement_mm(frames: pd.DataFrame, rig: Rig) -> np.ndarray:
-    """(n,) x as given, else from the string seen in the zone, x = X − L; NaN where unknown."""
+def displacement_by_turns(
+    frames: pd.DataFrame, order: Order, rig: Rig
+) -> tuple[np.ndarray, np.ndarray, str]:
+    """(turns, x in mm, why not) while winding, by rising turns: x as given, else the string seen
+    in the zone minus L, smoothed, where it rises with the turns as it must."""
     given = numbers(frames, "displacement_mm")
-    if np.isfinite(given).sum() >= 2:
-        return given
-    return numbers(frames, "string_length_mm") - rig.actuator.twisting_zone_mm
+    seen = numbers(frames, "string_length_mm") - rig.actuator.twisting_zone_mm
+    recorded = np.isfinite(given).sum() >= 2
+    x = (given if recorded else seen)[order.rows]
+    good = np.isfinite(x) & (order.direction > 0)
+    nothing = np.zeros(0)
+    if good.sum() < 2:
+        return nothing, nothing, "no displacement_mm in turns.csv and no string length seen"
+    rising = np.argsort(order.wind[good], kind="stable")
+    wind, along = order.wind[good][rising], x[good][rising]
+    if recorded:
+        return wind, along, ""
+    if good.sum() < SMOOTH_FRAMES or not spearmanr(wind, along).statistic >= LEAST_RANK:
+        return nothing, nothing, "no displacement_mm in turns.csv, and the string was not followed"
+    smooth = pd.Series(along).rolling(SMOOTH_FRAMES, center=True, min_periods=2).median()
+    return wind, smooth.to_numpy(), ""
 
 
 def near_misses(tracks: pd.DataFrame, rig: Rig) -> list[dict[str, float | int | bool]]:

@@ -75,7 +75,8 @@ def _safe(safe: dict[str, Any]) -> list[str]:
     least = "at least " if safe["basis"] == "end_of_recording" else ""
     if safe.get("contraction_percent") is not None:
         return [f"largest safe contraction {least}{safe['contraction_percent']:.0f} %"]
-    return [f"largest safe turn count {least}{_turns(safe['turns'])}"]
+    why = f" (contraction unknown: {safe['reason']})" if safe.get("reason") else ""
+    return [f"largest safe turn count {least}{_turns(safe['turns'])}{why}"]
 
 
 def _interval(values: dict[str, object]) -> str:
