@@ -23,6 +23,10 @@ def command(
     out: Annotated[
         Path | None, typer.Option("--out", help="Also write the JSON here (predict can use it).")
     ] = None,
+    page: Annotated[
+        Path | None,
+        typer.Option("--page", help="Also write a page: residuals, signatures, evidence, gain."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="JSON on stdout.")] = False,
     pictures: Annotated[
         Path | None,
@@ -63,6 +67,11 @@ def command(
     if out is not None:
         out.write_text(json.dumps(answer, indent=1) + "\n", encoding="utf-8")
         print(f"verdict: {out}", file=sys.stderr)
+    if page is not None:
+        from tsvision.diagnosis.page import page as page_of
+
+        page.write_text(page_of(answer), encoding="utf-8")
+        print(f"page: {page}", file=sys.stderr)
     if as_json:
         print(json.dumps(answer, indent=1))
         return

@@ -418,9 +418,10 @@ def _shifts(problem: Problem, shown: Fit) -> dict[str, float]:
 
 
 def _rows(problem: Problem, plain: np.ndarray, shown: Fit) -> tuple[dict[str, Any], ...]:
-    """Each row with both models' predictions, for plots of the residuals."""
+    """Each row with both models' predictions, and what each part of the extended one does to it."""
     table = problem.table
     at = table.at
+    effects = _effects(problem, shown)
     return tuple(
         {
             "run": table.runs[table.run[i]],
@@ -432,6 +433,21 @@ def _rows(problem: Problem, plain: np.ndarray, shown: Fit) -> tuple[dict[str, An
             "base": float(plain[i]),
             "extended": float(shown.predicted[i]),
             "weight": float(shown.weight[i]),
+            "effects": {name: float(change[i]) for name, change in effects.items()},
         }
         for i, c in enumerate(table.condition)
     )
+
+
+def _effects(problem: Problem, shown: Fit) -> dict[str, np.ndarray]:
+    """By mechanism: the rows (n,) with it less the rows without it, all else as fitted."""
+    parts = shown.simulation.parts
+    whole = problem.predict(shown.simulation, shown.u[None], shown.z[None])[0]
+    counts = [len(part.shape.parameters) for part in parts]
+    owner = np.repeat(np.arange(len(parts)), counts)
+    found = {}
+    for i, part in enumerate(parts):
+        others = replace(shown.simulation, parts=(*parts[:i], *parts[i + 1 :]))
+        rows = problem.predict(others, shown.u[None, owner != i], shown.z[None])[0]
+        found[part.mechanism] = whole - rows
+    return found
