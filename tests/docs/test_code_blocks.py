@@ -1,9 +1,10 @@
 """Every code block of the README and the documentation runs, in order, page by page.
 
 `bash` and `python` blocks are run, `toml` blocks are read as rig files, `json` blocks parsed;
-`text` blocks are not run. Three comments, invisible on the page, prepare the ground:
-`<!-- film: NAME -->` puts a small rendered recording there, `<!-- run … -->` runs commands, and
-`<!-- not run: REASON -->` right before a block leaves it out.
+`text` blocks are not run. Four comments, invisible on the page, prepare the ground:
+`<!-- film: NAME -->` puts a small rendered recording there, `<!-- video: NAME -->` the same as one
+H.264 film without its tables, `<!-- run … -->` runs commands, and `<!-- not run: REASON -->` right
+before a block leaves it out.
 """
 
 from __future__ import annotations
@@ -17,7 +18,10 @@ import sys
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import av
+import cv2
 import pytest
 
 from tsvision.rig import load_rig
@@ -25,7 +29,7 @@ from tsvision.rig import load_rig
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 _STEP = re.compile(
-    r"<!-- (?P<word>film|run|not run):?\s(?P<said>.*?)-->"
+    r"<!-- (?P<word>film|video|run|not run):?\s(?P<said>.*?)-->"
     r"|^```(?P<kind>[\w-]+)[^\n]*\n(?P<code>.*?)^```",
     re.S | re.M,
 )
@@ -35,7 +39,7 @@ _INSTALLS = re.compile(r"^(git clone|make |pip install|python3? -m (venv|pip)|cd
 
 @dataclass(frozen=True)
 class Step:
-    """One thing to do on a page: `kind` is film, run, bash, python, toml or json."""
+    """One thing to do on a page: `kind` is film, video, run, bash, python, toml or json."""
 
     kind: str
     text: str
@@ -77,9 +81,22 @@ def run(command: list[str], folder: Path) -> None:
     assert done.returncode == 0, f"{command[-1]}\n{done.stdout[-2000:]}\n{done.stderr[-3000:]}"
 
 
+def write_video(path: Path, film: Path) -> None:
+    """The film's pictures as a phone would have filmed them."""
+    with av.open(str(path), "w") as container:
+        stream: Any = container.add_stream("libx264", rate=5)
+        stream.width, stream.height, stream.pix_fmt = 960, 540, "yuv420p"
+        for picture in sorted(film.glob("*.png")):
+            pixels: Any = cv2.imread(str(picture))
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(pixels, format="bgr24")))
+        container.mux(stream.encode(None))
+
+
 def do(step: Step, folder: Path, request: pytest.FixtureRequest) -> None:
     if step.kind == "film":
         shutil.copytree(request.getfixturevalue("film"), folder / step.text)
+    elif step.kind == "video":
+        write_video(folder / step.text, request.getfixturevalue("film"))
     elif step.kind == "python":
         run([sys.executable, "-c", step.text], folder)
     elif step.kind == "toml":
