@@ -19,9 +19,10 @@ function bands() {
 function onsets() {
   const colours = { "overtwist": "overtwist", "local overtwist": "local_overtwist", "knots": "knotted", "irreversible knots": "irreversible" };
   if (data.x_label === "frame") return [];
-  return Object.entries(data.onsets).map(([name, o], row) => ({
+  const seen = Object.entries(data.onsets).filter(([, o]) => o.status !== "not_observed" && (known(o.turns) || known(o.low)));
+  return seen.map(([name, o], row) => ({
     kind: "onset", row, turns: o.status === "observed" ? o.turns : null,
-    low: o.status === "not_observed" ? null : o.low, high: o.status === "not_observed" ? null : o.high,
+    low: o.low, high: o.high,
     colour: data.phase_colours[colours[name]] || "#999999", name: `onset of ${name}`,
   }));
 }
@@ -31,8 +32,7 @@ function against(id, name, label, layers, lists, values, floor, whole) {
   if (!host) return null;
   const range = span(...lists);
   if (floor !== undefined) range[0] = floor;
-  // The row of onset marks stands below the data.
-  range[0] -= (range[1] - range[0]) * 0.14;
+  range[0] -= (range[1] - range[0]) * 0.04;
   const plot = new Plot(host, {
     name, x: { label: data.x_label, range: xRange }, y: { label, range, whole },
     layers: [bands(), ...layers, ...onsets()], pick: (x) => show(nearest((at) => X[at], x)),

@@ -61,7 +61,10 @@ class Plot {
     root.replaceChildren();
     this.width = this.paper || Math.max(260, this.host.clientWidth || 640);
     this.height = spec.height || 250;
-    const yTicks = ticks(...spec.y.range, this.height / 45).filter(([v]) => !spec.y.whole || Number.isInteger(v));
+    let yTicks = ticks(...spec.y.range, this.height / 45);
+    if (spec.y.whole) yTicks = yTicks.filter(([v]) => Number.isInteger(v)).map(([v]) => [v, String(v)]);
+    const rows = (spec.layers || []).filter((l) => l.kind === "onset").map((l) => (l.row || 0) + 1);
+    this.strip = rows.length ? 9 * Math.max(...rows) + 4 : 0;  // onsets lie below all data
     const widest = Math.max(...yTicks.map((t) => t[1].length), 2);
     this.box = { left: 30 + 7 * widest, right: this.width - (this.levels().length ? 54 : 12), top: 24, bottom: this.height - 40 };
     root.setAttribute("viewBox", `0 0 ${this.width} ${this.height}`);
@@ -80,7 +83,7 @@ class Plot {
   }
 
   px(x) { const [a, b] = this.spec.x.range; return this.box.left + ((x - a) / (b - a)) * (this.box.right - this.box.left); }
-  py(y) { const [a, b] = this.spec.y.range; return this.box.bottom - ((y - a) / (b - a)) * (this.box.bottom - this.box.top); }
+  py(y) { const [a, b] = this.spec.y.range, low = this.box.bottom - this.strip; return low - ((y - a) / (b - a)) * (low - this.box.top); }
 
   drawAxes(yTicks) {
     const { left, right, top, bottom } = this.box, root = this.root;
