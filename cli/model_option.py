@@ -15,12 +15,26 @@ if TYPE_CHECKING:
 def choose(name: str) -> Any:
     """The shelf's model of that name, or the extended model of a verdict's JSON."""
     if name.endswith(".json"):
-        from tsvision.diagnosis.extended import load_model
-
-        return load_model(Path(name))
+        return _from_verdict(Path(name))
     from tsvision.models.choose import choose_model
 
     return choose_model(name)
+
+
+def _from_verdict(path: Path) -> Any:
+    """The model of a verdict, tried once: a damaged file is told as such and not as a fault."""
+    from tsvision.diagnosis.extended import load_model
+
+    try:
+        model = load_model(path)
+        model.displacement_mm([0.0, 1.0])
+    except (LookupError, TypeError, ValueError, AttributeError, RecursionError) as problem:
+        words = " ".join(str(problem).split())[:80]
+        raise InputError(
+            f"{path}: no model as `tsvision diagnose --json` writes it "
+            f"({type(problem).__name__}: {words}); diagnose anew"
+        ) from None
+    return model
 
 
 def keywords(chosen: Any, geometry: Geometry) -> dict[str, Any]:
