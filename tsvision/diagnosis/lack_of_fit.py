@@ -22,6 +22,7 @@ DEGREE = 3
 OUTLIER = 5.0  # studentised residual
 MOST_OUTLIERS = 0.1  # share of the rows that may be left out beyond those the fit distrusts
 TRIFLE = 0.2  # of what such readings are usually good to: structure that small is none
+MOST_WILD = 0.15  # of the rows: where more are off, company is chance
 DISTRUSTED = 0.25  # Student-t weight: beyond about four times the noise
 PLACES = {
     "turns": "along turns, alike in all runs",
@@ -70,7 +71,7 @@ def lack_of_fit(problem: Problem, fitted: Fit) -> LackOfFit:
             continue
         # An outlier that one model bends to may stand out in the other.
         residual = (table.value - fitted.predicted)[rows]
-        wild = fitted.weight[rows] < DISTRUSTED
+        wild = _alone(problem, rows, residual, fitted.weight[rows] < DISTRUSTED)
         for blocks in models:
             wild = _outliers(residual, np.column_stack([design, *blocks.values()]), wild)
         found = [_Saturated(problem, residual, wild, rows, design, blocks) for blocks in models]
@@ -92,6 +93,30 @@ def lack_of_fit(problem: Problem, fitted: Fit) -> LackOfFit:
     p, place, observable = min(tests)
     p = min(1.0, p * len(tests))
     return LackOfFit(p, place, observable, structured, smooth, rho, rho_sd, tested=True)
+
+
+def _alone(
+    problem: Problem, rows: np.ndarray, residual: np.ndarray, wild: np.ndarray
+) -> np.ndarray:
+    """`wild` (n,) without those that have company: two readings of the same turns, or next to them
+    in their series, that are off to the same side, and none to the other. That is structure."""
+    if not 0 < wild.sum() < MOST_WILD * len(wild):
+        return wild
+    table = problem.table
+    at = table.at.take(table.condition[rows])
+    level = np.round(at.turns, 3)
+    series = table.run[rows] * 2 + at.unwinding
+    step = float(np.median(np.diff(np.unique(level)))) if len(np.unique(level)) > 1 else 0.0
+    side = np.sign(residual) * wild
+    kept = wild.copy()
+    for i in np.flatnonzero(wild):
+        near = (level == level[i]) | (
+            (series == series[i]) & (np.abs(level - level[i]) <= 2.5 * step)
+        )
+        near[i] = False
+        if np.sum(side[near] == side[i]) >= 2 and not np.any(side[near] == -side[i]):
+            kept[i] = False
+    return kept
 
 
 def _own_design(jacobian: np.ndarray) -> np.ndarray:

@@ -25,7 +25,7 @@ ALWAYS = ("radius_bias", "coiling")
 MISFIT_P = 1e-3
 PAIRS_EXTENDED = 3  # to triples
 TRIPLES_REFINED = 6
-DEEPENED = 4
+DEEPENED = 7
 HOPELESS = 20.0  # log evidence behind the best, beyond half the best's gain
 SECOND_ALARM = 4.0  # log evidence that a further cause must gain …
 SECOND_SHARE = 0.012  # … and at least this share of what the first gained, …
@@ -330,7 +330,7 @@ def _deepen(
 ) -> None:
     """The best few sets again: from fresh starts, and with the next shape of the screening."""
     ranked = sorted(fits, key=lambda names: -weighed(fits[names][0]))
-    for names in ranked[: min(DEEPENED, len(fits) // 3)]:
+    for names in ranked[: min(DEEPENED, len(fits) // 2)]:
         first = fits[names][0]
         fits[names] += [fit(problem, first.simulation), *_plainer(problem, first)]
         tried = {part.shape.name for part in first.simulation.parts}
