@@ -169,6 +169,7 @@ def test_without_a_scale_no_px_passes_for_mm(
     story = told(spoilt)
     assert right(story.onsets["knot_onset"], true_turns)
     assert story.onsets["irreversible_onset"].status == "undetermined"
+    assert "irreversible" not in set(story.frames["phase"])
     in_mm = story.knots[["centre_mm", "length_mm", "max_diameter_mm"]]
     assert len(in_mm) and in_mm.isna().all(axis=None)
     assert (story.knots["max_diameter_px"] > 20).all()

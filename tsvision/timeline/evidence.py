@@ -23,6 +23,7 @@ STRAIGHT = 0.5  # a knot in a bundle that coils nowhere else (A below this share
 STRAIGHT_BASELINE = 1.08  # or E₀ hardly above D) …
 STRAIGHT_COST = 1.5  # … is doubtful by this log-odds: knots grow out of coiling, as a rule
 CONFIDENCE_IF_UNKNOWN = 0.95
+UNSIZED = -1.0  # evidence of a knot of unknown size for being larger than the hole
 
 
 def measured(frames: pd.DataFrame) -> np.ndarray:
@@ -118,10 +119,10 @@ def _margin(frames: pd.DataFrame, criteria: Criteria) -> np.ndarray:
 def larger_evidence(
     frames: pd.DataFrame, certainty: np.ndarray, largest_mm: np.ndarray, hole_mm: float
 ) -> np.ndarray:
-    """(n,) for a knot larger than the separator's hole; all 0 where the hole is not known, 0 for
-    a knot of unknown size."""
+    """(n,) for a knot larger than the separator's hole. Without hole or size the phase is never
+    told (its onset is `undetermined` by `unknown.py`): nothing then speaks for it."""
     if not np.isfinite(hole_mm):
-        return np.zeros(len(frames))
+        return np.full(len(frames), -MOST)
     sighted = np.isfinite(certainty)
     seen = sighted & np.isfinite(largest_mm)
     size = np.where(seen, largest_mm, hole_mm)
@@ -130,5 +131,5 @@ def larger_evidence(
     ratio = np.log(chance * larger + (1 - chance) * 0.5 + np.exp(-MOST)) - np.log(
         chance * (1 - larger) + (1 - chance) * 0.5 + np.exp(-MOST)
     )
-    result = np.where(seen, ratio, np.where(sighted, 0.0, np.log(0.03)))
+    result = np.where(seen, ratio, np.where(sighted, UNSIZED, np.log(0.03)))
     return np.where(measured(frames), np.clip(result, -MOST, MOST), 0.0)

@@ -44,8 +44,8 @@ class Track:
     drift: float = 0.0
     missed: int = 0
     log_odds: float = 0.0
-    origin: str = "nucleated"
-    end: str = "lasts"
+    split_from: Track | None = None
+    merged_into: Track | None = None
 
 
 @dataclass(frozen=True)
@@ -83,17 +83,18 @@ def track_knots(
         _extend(live, pairs, rows, place, odds, step)
         _start_new(live, done, pairs, rows, place, length, odds, step)
         live = _retire(live, done, {t for t, _ in pairs}, step)
-    tracks = sorted(done + live, key=lambda t: t.number)
-    supported = odds.copy()
-    for track in tracks:
-        number[track.rows] = track.number
-        supported[track.rows] = np.minimum(odds[track.rows], _net_odds(track, order))
+    tracks = done + live
     steps_of = np.array([step for step, rows in enumerate(rows_at) for _ in rows], dtype=int)
     step_of_row = np.zeros(len(knots), dtype=int)
     step_of_row[np.concatenate([*rows_at, np.zeros(0, dtype=int)])] = steps_of
     size = numbers(knots, "max_diameter_mm")
     artefact = _artefacts(tracks, place, size, step_of_row, good, order)
     artefact |= beyond(knots, zone_mm, _median(numbers(frames, "diameter_mm")))
+    tracks = _number(tracks, artefact, len(order.rows) - 1)
+    supported = odds.copy()
+    for track in tracks:
+        number[track.rows] = track.number
+        supported[track.rows] = np.minimum(odds[track.rows], _net_odds(track, order))
     table = _describe(tracks, frames, knots, order, artefact)
     confirmed = np.isin(number, table.loc[table["confirmed"], "track"])
     return Tracking(number, table, confirmed, artefact, 1 / (1 + np.exp(-supported)))
@@ -245,9 +246,8 @@ def _start_new(
             continue
         reach = 1.0 + 0.5 * length[i]
         near = [t for t in older if np.abs(np.array(t.places[-2:]) - place[row]).min() < reach]
-        origin = f"split from {near[0].number}" if near else "nucleated"
         new = Track(len(live) + len(done), [step], [int(row)], [float(place[row])])
-        new.log_odds, new.origin = float(odds[row]), origin
+        new.log_odds, new.split_from = float(odds[row]), near[0] if near else None
         live.append(new)
 
 
@@ -256,7 +256,6 @@ def _retire_doubtful(live: list[Track], done: list[Track]) -> list[Track]:
     kept: list[Track] = []
     for track in live:
         doubtful = track.log_odds - MISS_COST * track.missed < 0
-        track.end = "vanished" if doubtful else track.end
         (done if doubtful else kept).append(track)
     return kept
 
@@ -269,7 +268,7 @@ def _retire(live: list[Track], done: list[Track], matched: set[int], step: int) 
             kept.append(track)
             continue
         near = [t for t in live if t.missed == 0 and abs(t.places[-1] - track.places[-1]) < MERGE_D]
-        track.end = f"merged into {near[0].number}" if near else "vanished"
+        track.merged_into = near[0] if near else None
         done.append(track)
     return kept
 
@@ -288,7 +287,7 @@ def _describe(
     rows = []
     for track in tracks:
         sizes = size[track.rows]
-        ends_open = last_step - track.steps[-1] <= GAP_FRAMES
+        ends_open, into = _ends_open(track, last_step), track.merged_into
         rows.append(
             {
                 "track": track.number,
@@ -302,13 +301,39 @@ def _describe(
                 "max_diameter_mm": _largest(sizes),
                 "growth": _growth(sizes),
                 "confidence": 1 / (1 + np.exp(-np.clip(track.log_odds, -30, 30))),
-                "confirmed": bool(track.log_odds >= CONFIRMED and (len(sizes) > 1 or ends_open)),
+                "confirmed": _is_confirmed(track, last_step),
                 "artefact": bool(artefact[track.rows].mean() > 0.5),
-                "origin": track.origin,
-                "end": "lasts" if ends_open else track.end,
+                "origin": _said("split from", track.split_from, "nucleated"),
+                "end": "lasts" if ends_open else _said("merged into", into, "vanished"),
             }
         )
     return pd.DataFrame(rows, columns=TRACK_COLUMNS)
+
+
+def _said(how: str, other: Track | None, alone: str) -> str:
+    return alone if other is None else f"{how} {other.number}"
+
+
+def _ends_open(track: Track, last_step: int) -> bool:
+    return last_step - track.steps[-1] <= GAP_FRAMES
+
+
+def _is_confirmed(track: Track, last_step: int) -> bool:
+    seen_enough = len(track.rows) > 1 or _ends_open(track, last_step)
+    return bool(track.log_odds >= CONFIRMED and seen_enough)
+
+
+def _number(tracks: list[Track], artefact: np.ndarray, last_step: int) -> list[Track]:
+    """Knots first, from 0 in the order in which they appeared, then what was taken for none."""
+
+    def rank(track: Track) -> tuple[bool, int, int]:
+        real = _is_confirmed(track, last_step) and not artefact[track.rows].mean() > 0.5
+        return not real, track.steps[0], track.number
+
+    tracks = sorted(tracks, key=rank)
+    for number, track in enumerate(tracks):
+        track.number = number
+    return tracks
 
 
 TRACK_COLUMNS = [
