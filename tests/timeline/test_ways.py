@@ -93,6 +93,17 @@ def test_turns_that_belong_to_other_frames_give_no_number(how: str) -> None:
     assert "disagree" in told.reasons["knot_onset"]
 
 
+def test_turns_counted_on_over_missing_frames_are_noticed() -> None:
+    """Every other frame is gone, and the turns were counted by frames: half of what is seen."""
+    frames = simulate(CALM).frames
+    seen = frames["turns"] * (1 + 0.01 * np.random.default_rng(1).standard_normal(len(frames)))
+    sound = frames.assign(turns_seen=seen)
+    half = sound.iloc[::2].assign(turns=0.5 * sound["turns"].iloc[::2])
+    no_knots = simulate(CALM).knots.iloc[:0]
+    assert any("frames missing" in note for note in account(half, no_knots, RIG).notes)
+    assert not any("frames missing" in note for note in account(sound, no_knots, RIG).notes)
+
+
 def test_missing_frames_are_no_trouble() -> None:
     series = simulate(CALM)
     gone = np.random.default_rng(4).random(len(series.frames)) < 0.3

@@ -15,7 +15,7 @@ from tsvision.errors import InputError
 from tsvision.records import Onset, Rig
 from tsvision.timeline import evidence as speak
 from tsvision.timeline.chain import Histories, infer
-from tsvision.timeline.consistency import MOST_AGAINST, disorder, mismatch
+from tsvision.timeline.consistency import MOST_AGAINST, disorder, miscounted, mismatch
 from tsvision.timeline.criteria import LEVEL_OF_ONSET, Criteria
 from tsvision.timeline.cycles import onsets_by_cycle, repeatability
 from tsvision.timeline.lengths import in_both_units
@@ -81,6 +81,7 @@ def account(
     }
     told = tell_frames(frames, tracking, histories, order, criteria)
     notes = _notes(order, tracking) + camera_moves(frames)
+    notes += tuple(filter(None, [miscounted(frames, order, criteria)]))
     notes += passing(histories[3], order, onsets["knot_onset"])
     return Account(told, kept, rejected, tracking.tracks, onsets, reasons, notes, extras)
 

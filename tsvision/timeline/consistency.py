@@ -14,6 +14,7 @@ from scipy.stats import spearmanr
 from tsvision.records import Rig
 from tsvision.timeline import evidence as speak
 from tsvision.timeline.chain import Histories
+from tsvision.timeline.criteria import Criteria
 from tsvision.timeline.order import Order, numbers
 
 RISING = (
@@ -33,6 +34,7 @@ LEAST_TURNS = 5.0
 LEAST_RANK_CORRELATION = 0.4
 CHANCE_SDS = 2.6  # a shuffled series of n frames correlates by 1 / sqrt(n - 1), one sd
 MOST_AGAINST = 0.3
+MISCOUNT = 0.2  # relative; the count of turns in one view is a tenth off at most
 STRONG = 2.0
 
 
@@ -69,6 +71,25 @@ def _following(frames: pd.DataFrame, order: Order, given: np.ndarray) -> list[tu
             by_chance = min(CHANCE_SDS / np.sqrt(both.sum() - 1), 0.85)
             ranks.append((rank, max(LEAST_RANK_CORRELATION, float(by_chance))))
     return ranks
+
+
+def miscounted(frames: pd.DataFrame, order: Order, criteria: Criteria = Criteria()) -> str:
+    """A note where the straight bundle shows another number of turns than was given: frames that
+    are missing from a film without turn counts of its own, or a count of something else."""
+    straight = speak.ratio_of(frames, "coil_amplitude") < criteria.coil_ratio
+    seen = np.where(straight, numbers(frames, "turns_seen"), np.nan)[order.rows]
+    good = order.known & np.isfinite(seen) & (order.wind >= TWISTED_TURNS)
+    if good.sum() < 5:
+        return ""
+    share = np.abs(seen[good]) / order.wind[good]
+    middle = float(np.median(share))
+    spread = 1.4826 * float(np.median(np.abs(share - middle)))
+    if abs(middle - 1.0) < MISCOUNT or spread > MISCOUNT / 4:
+        return ""
+    return (
+        f"the pictures show {middle:.2f} times the turns given: are frames missing, or do the turn "
+        "counts belong to something else?"
+    )
 
 
 def _no_twist_seen(frames: pd.DataFrame, order: Order) -> str:
