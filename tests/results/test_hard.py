@@ -16,7 +16,8 @@ ROOT = str(Path(__file__).parents[2])
 BATCH_TESTS = str(Path(__file__).parents[1] / "batch")
 # stands in for the measuring of frames, so that no test waits for it
 MEASURE = """
-import sys, tsvision.run, tsvision.batch, functools, stand_in
+import signal, sys, tsvision.run, tsvision.batch, functools, stand_in
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
 tsvision.run.measuring = lambda: stand_in.{measure}
 tsvision.batch.run_batch = functools.partial(
     tsvision.batch.run_batch, measure="stand_in:{measure}")
