@@ -22,6 +22,8 @@ from tsvision.errors import InputError
 from tsvision.records import Rig
 
 BAD = {"UNREADABLE", "WRONG_SIZE", "BLANK", "NO_BUNDLE", "TRACK_LOST", "CAMERA_MOVED"}
+# Where hardly a lobe is seen, strands that still run apart are easily taken for a bundle.
+NO_DIAMETER = {"NO_SCALE", "TOO_FEW_TURNS", "CLIPPED", "FEW_LOBES", "ENVELOPE_ONLY", "NO_PITCH"}
 NO_HELIX = {"ENVELOPE_ONLY", "NO_PITCH", "AMBIGUOUS_HARMONIC", "TOO_FEW_TURNS"}
 # The helix is read beside the separator: as a mean over the zone it carries a gain of its own. An
 # edge on a strand lit from one side is 0.5 to 2 px off, which acts on all diameters of a recording
@@ -148,13 +150,14 @@ def _seen(frame: dict, flags: set[str], zone_mm: float, straight: bool) -> list[
     """What one frame says, as observables with their standard deviations. Where the bundle is not
     `straight`, its pitch does not tell the turns."""
     said = [("displacement_mm", _number(frame.get("displacement_mm")), NAN)]
-    if not flags & {"NO_SCALE", "TOO_FEW_TURNS", "CLIPPED"}:
+    angle, angle_sd = (_number(frame.get(f"helix_angle_rad{end}")) for end in ("", "_sd"))
+    pitch, pitch_sd = (_number(frame.get(f"pitch_mm{end}")) for end in ("", "_sd"))
+    laid = not angle > STEEPEST_RAD
+    if laid and not flags & NO_DIAMETER:
         said.append(
             ("diameter_mm", _number(frame.get("diameter_mm")), _number(frame.get("diameter_mm_sd")))
         )
-    angle, angle_sd = (_number(frame.get(f"helix_angle_rad{end}")) for end in ("", "_sd"))
-    pitch, pitch_sd = (_number(frame.get(f"pitch_mm{end}")) for end in ("", "_sd"))
-    straight = straight and not angle > STEEPEST_RAD
+    straight = straight and laid
     least = {**LEAST_SD, "pitch_mm": LEAST_TURNS * pitch**2 / zone_mm}
     if straight and not flags & NO_HELIX and not math.isnan(least["pitch_mm"]):
         said.append(("pitch_mm", pitch, pitch_sd))

@@ -81,6 +81,7 @@ def subset(problem: Problem, keep: np.ndarray) -> Problem:
         problem,
         table=problem.table.select(keep),
         offsets=problem.offsets[keep],
+        wander=problem.wander[keep],
         row_scale=problem.row_scale[keep],
     )
 

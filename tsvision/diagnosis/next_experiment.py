@@ -141,6 +141,7 @@ def _ask(problem: Problem, design: Conditions, observable: str) -> Problem:
         hole_group=problem.hole_group[source],
         columns=tuple(columns),
         offsets=np.zeros((count, 0)),
+        wander=np.zeros((count, 0)),
         row_scale=np.ones(count),
     )
 

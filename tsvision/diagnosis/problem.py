@@ -19,6 +19,7 @@ from tsvision.mechanisms.shelf import Parameter, Reference, Simulation
 OFFSET_SD_MM = 0.1
 LEGS_SD = 0.1  # relative: no separator leads the strings quite straight to where they meet
 TAIL = 4.0
+WANDER_NODES = 5
 # Nothing is read better than this; keeps noise-free (simulated) data from infinite certainty.
 LEAST_NOISE = {
     "displacement_mm": 0.02,
@@ -60,6 +61,7 @@ class Problem:
     noise_usual: np.ndarray  # (K,), value_sd's mean where every row has one, else USUAL_NOISE
     noise_sd: np.ndarray  # (K,), how surely, as standard deviation of the log
     tail: float  # degrees of freedom of the Student-t noise
+    wander: np.ndarray  # (n, W), relative change of the rows per unit normal number
     base: str = "constant_radius"
     rho_mean: np.ndarray = field(default_factory=lambda: np.zeros(0))
     rho_sd: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -92,6 +94,8 @@ class Problem:
             if f"gain {name}" in self.columns:
                 gain = z[:, self.columns.index(f"gain {name}")][:, None]
                 seen[:, rows] *= 1.0 + table.gain_sd[name] * gain
+        if self.wander.shape[1]:
+            seen = seen * (1.0 + z[:, -self.wander.shape[1] :] @ self.wander.T)
         return seen
 
     def state(self, z: np.ndarray):
@@ -133,6 +137,8 @@ def prepare(table: Table, base: str = "constant_radius") -> Problem:
     if "pitch_mm" in table.observables:
         columns.append("legs")
     columns += [f"gain {name}" for name in table.gain_sd]
+    wander = _wander(table)
+    columns += [f"wander{i}" for i in range(wander.shape[1])]
     scale, usual, sure = _row_scale(table)
     return Problem(
         table=table,
@@ -142,6 +148,7 @@ def prepare(table: Table, base: str = "constant_radius") -> Problem:
         hole_group=hole_group,
         columns=tuple(columns),
         offsets=_offsets(table),
+        wander=wander,
         row_scale=scale,
         noise_usual=usual,
         noise_sd=sure,
@@ -175,6 +182,22 @@ def _offsets(table: Table) -> np.ndarray:
     runs = [r for r in range(len(table.runs)) if np.any(moved & (table.run == r))]
     own = [np.where(moved & (table.run == r), OFFSET_SD_MM, 0.0) for r in runs]
     return np.column_stack([*own, np.where(moved, zeroing[table.condition], 0.0)])
+
+
+def _wander(table: Table) -> np.ndarray:
+    """Hat functions of turns by which an instrument's slow errors move its rows, alike in all
+    runs: (n, W), in units of half of `drifts` relative to the value."""
+    turns = table.at.turns[table.condition]
+    columns = []
+    for name, size in table.drifts.items():
+        rows = table.observable == table.observables.index(name)
+        nodes = np.unique(np.quantile(np.unique(turns[rows]), np.linspace(0.0, 1.0, WANDER_NODES)))
+        if len(nodes) < 2:
+            continue
+        share = 0.5 * size / float(np.median(table.value[rows]))
+        for unit in np.eye(len(nodes)):
+            columns.append(np.where(rows, share * np.interp(turns, nodes, unit), 0.0))
+    return np.array(columns).reshape(len(columns), table.rows).T
 
 
 def _row_scale(table: Table) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
