@@ -19,6 +19,7 @@ import cv2
 import duckdb
 import numpy as np
 import pandas as pd
+import polars
 import pyarrow.parquet as pq
 import pytest
 
@@ -123,8 +124,10 @@ def test_data_set_is_read_alike(shelf: Path, tmp_path: Path) -> None:
     with duckdb.connect() as connection:
         sql = f"from read_parquet('{pattern}', hive_partitioning=true)"
         by_duckdb = connection.execute(sql).df()
-    assert len(by_pandas) == len(by_duckdb) == 36
-    for table in (by_pandas, by_duckdb):
+    parts = polars.read_parquet(f"{out}/dataset/frames/**/*.parquet", hive_partitioning=True)
+    by_polars = pd.DataFrame(parts.select("recording", "diameter_px").to_dict(as_series=False))
+    assert len(by_pandas) == len(by_duckdb) == len(by_polars) == 36
+    for table in (by_pandas, by_duckdb, by_polars):
         means = table.groupby(table["recording"].astype(str))["diameter_px"].mean()
         assert means.to_dict() == {"film0": 55.5, "film1": 75.5, "film2": 95.5}
     overview = pq.read_table(out / "dataset" / "recordings.parquet")
