@@ -23,21 +23,29 @@ STRAIGHT = 0.5  # a knot in a bundle that coils nowhere else (A below this share
 STRAIGHT_BASELINE = 1.08  # or E₀ hardly above D) …
 STRAIGHT_COST = 1.5  # … is doubtful by this log-odds: knots grow out of coiling, as a rule
 CONFIDENCE_IF_UNKNOWN = 0.95
+NO_FIT = "ENVELOPE_ONLY"  # the strands could not be fitted: D and A are not to be relied upon
+UNFITTED_MISS = 0.7  # chance of seeing no knot where there is one, in such a frame
 UNSIZED = -1.0  # evidence of a knot of unknown size for being larger than the hole
 
 
 def measured(frames: pd.DataFrame) -> np.ndarray:
     """(n,) True where the picture could be measured at all and its knots were counted. A count
     of none in a frame in which no bundle was read (neither D nor E) is no count."""
-    flags = frames["flags"].fillna("").astype(str) if "flags" in frames else None
     good = np.isfinite(numbers(frames, "knot_count"))
     there = [name for name in READINGS if name in frames]
     if there:
         good &= np.any([np.isfinite(numbers(frames, name)) for name in there], axis=0)
     for name in DEAD_FLAGS:
-        if flags is not None:
-            good &= ~flags.str.contains(name, regex=False).to_numpy(dtype=bool)
+        good &= ~flagged(frames, name)
     return good
+
+
+def flagged(frames: pd.DataFrame, name: str) -> np.ndarray:
+    """(n,) True where a frame carries the flag."""
+    if "flags" not in frames:
+        return np.zeros(len(frames), dtype=bool)
+    flags = frames["flags"].fillna("").astype(str)
+    return flags.str.contains(name, regex=False).to_numpy(dtype=bool)
 
 
 def threshold_evidence(values: np.ndarray, threshold: float, floor: float) -> np.ndarray:
@@ -74,6 +82,7 @@ def ratio_of(frames: pd.DataFrame, name: str) -> np.ndarray:
 def coil_evidence(frames: pd.DataFrame, criteria: Criteria) -> np.ndarray:
     """(n,) for A ≥ coil_ratio · D; D is steady beside the separator, so its median is used."""
     ratio = steady_ratio(frames, "coil_amplitude")
+    ratio = np.where(flagged(frames, NO_FIT), np.nan, ratio)  # a swing of 0 is none read there
     return threshold_evidence(ratio, criteria.coil_ratio, floor=0.004)
 
 
@@ -101,8 +110,10 @@ def knot_evidence(frames: pd.DataFrame, certainty: np.ndarray, criteria: Criteri
     chance = np.clip(np.where(seen, certainty, 0.5), 0.02, 0.98)
     speaks_for = np.log(chance / (1.0 - chance))
     miss = np.clip(norm.cdf(_margin(frames, criteria) / ENVELOPE_NOISE), 0.03, 0.3)
+    miss = np.where(flagged(frames, NO_FIT), UNFITTED_MISS, miss)
     straight = ratio_of(frames, "coil_amplitude") < STRAIGHT * criteria.coil_ratio
     straight |= ratio_of(frames, "baseline_envelope") < STRAIGHT_BASELINE
+    straight &= ~flagged(frames, NO_FIT)
     result = np.where(seen, speaks_for - STRAIGHT_COST * straight, np.log(miss))
     return np.where(measured(frames), np.clip(result, -MOST, MOST), 0.0)
 
