@@ -232,6 +232,20 @@ def test_the_slider_moves_every_part(fake: Fake, tmp_path: Path, width: int) -> 
     assert out["unnamed"] == 0
 
 
+LAYOUT = (Path(__file__).parent / "layout.js").read_text("utf-8")
+
+
+@needs_chromium
+@pytest.mark.parametrize("width", [1280, 500])
+def test_nothing_lies_upon_another_and_every_axis_is_named(
+    fake: Fake, tmp_path: Path, width: int
+) -> None:
+    out, _ = ask(fake.measure_dir / "report.html", LAYOUT, tmp_path, width)
+    texts, marks, points = out.pop("seen")
+    assert texts > 60 and marks >= 8 and points > 100
+    assert out == {"texts": [], "outside": [], "blocks": [], "unnamed": [], "marks": []}
+
+
 @needs_chromium
 def test_overview_draws_without_complaint(fake: Fake, tmp_path: Path) -> None:
     page = write_overview([fake.measure_dir, fake.measure_dir], tmp_path / "over.html")

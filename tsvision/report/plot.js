@@ -183,7 +183,7 @@ class Plot {
     const r = 3;
     x.forEach((v, i) => {
       if (!known(v) || !known(y[i])) return;
-      const look = { fill: hollow && hollow[i] ? "var(--panel)" : colour, stroke: colour, "stroke-width": 1.5 };
+      const look = { fill: hollow && hollow[i] ? "var(--panel)" : colour, stroke: colour, "stroke-width": 1.5, class: "data" };
       const cx = this.px(v), cy = this.py(y[i]);
       if (square || (squares && squares[i])) svg("rect", { x: cx - r, y: cy - r, width: 2 * r, height: 2 * r, ...look }, this.inside);
       else svg("circle", { cx, cy, r, ...look }, this.inside);
@@ -210,7 +210,7 @@ class Plot {
   // An onset: a triangle on the lower border, its interval as a bar.
   layer_onset({ turns, low, high, colour, name, row }) {
     const y = this.box.bottom - 5 - 9 * (row || 0);
-    const group = svg("g", {}, this.inside);
+    const group = svg("g", { class: "onset" }, this.inside);
     svg("title", {}, group).textContent = name;
     if (known(low) && known(high)) svg("line", { x1: this.px(low), x2: this.px(high), y1: y, y2: y, stroke: "var(--soft)", "stroke-width": 6, "stroke-linecap": "round" }, group);
     if (known(low) && known(high)) svg("line", { x1: this.px(low), x2: this.px(high), y1: y, y2: y, stroke: colour, "stroke-width": 4, "stroke-linecap": "round" }, group);
