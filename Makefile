@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DOCS_STAMP := $(VENV)/.installed-docs
 
-.PHONY: demo test lint types docs wheel clean
+.PHONY: demo test lint types docs bench wheel clean
 
 $(STAMP): pyproject.toml
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -32,6 +32,13 @@ $(DOCS_STAMP): $(STAMP)
 docs: $(DOCS_STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 	@echo "open site/index.html"
+
+# speed, memory over a long film, fuzzing, and what is handed out, in one run (some 20 minutes)
+bench: $(STAMP)
+	$(BIN)/python -m tests.bench.speed
+	$(BIN)/python -m tests.bench.soak --frames 20000 --width 480
+	$(BIN)/python -m tests.bench.fuzz_readers --seconds 40
+	$(BIN)/python -m tests.bench.wheel
 
 # sdist and wheel in dist/, the wheel tried in an empty environment
 wheel: $(STAMP)
