@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DOCS_STAMP := $(VENV)/.installed-docs
 
-.PHONY: demo test lint types docs bench wheel clean
+.PHONY: demo test lint types docs bench fuzz wheel clean
 
 $(STAMP): pyproject.toml
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -33,12 +33,15 @@ docs: $(DOCS_STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 	@echo "open site/index.html"
 
-# speed, memory over a long film, fuzzing, and what is handed out, in one run (some 20 minutes)
+# speed, memory over a long film, and what is handed out, in one run (some 20 minutes)
 bench: $(STAMP)
 	$(BIN)/python -m tests.bench.speed
 	$(BIN)/python -m tests.bench.soak --frames 20000 --width 480
-	$(BIN)/python -m tests.bench.fuzz_readers --seconds 40
 	$(BIN)/python -m tests.bench.wheel
+
+fuzz: $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[fuzz]"
+	$(BIN)/python -m tests.bench.fuzz_readers --seconds 40
 
 # sdist and wheel in dist/, the wheel tried in an empty environment
 wheel: $(STAMP)
