@@ -28,6 +28,8 @@ from tsvision.timeline.tracks import Tracking, track_knots
 from tsvision.timeline.unknown import camera_moves, without_what_is_unknown
 from tsvision.timeline.unwinding import all_runs, ways_back
 
+ITS_TOP = 0.9  # share of a frame's largest E from which a sighting is what sets it
+
 
 @dataclass(frozen=True)
 class Account:
@@ -111,16 +113,38 @@ def _by_frame(
     return 1 - against, largest
 
 
+def _with_hardware(frames: pd.DataFrame, knots: pd.DataFrame, tracking: Tracking) -> np.ndarray:
+    """(n,) frames whose E(s) takes in hardware or dirt: their unevenness says nothing."""
+    taken_in = knots["frame"].to_numpy()[tracking.artefact]
+    return np.isin(frames["frame"].to_numpy(), taken_in)
+
+
+def _bundle_alone(frames: pd.DataFrame, knots: pd.DataFrame, tracking: Tracking) -> pd.DataFrame:
+    """`frames` with a largest E that is not that of hardware or dirt: else every frame in which a
+    spigot is seen would pass for one in which a knot might just have been missed."""
+    if not tracking.artefact.any():
+        return frames
+    top = numbers(frames, "max_envelope_mm")
+    size, name = numbers(knots, "max_diameter_mm"), knots["frame"].to_numpy()
+    for i, frame in enumerate(frames["frame"].to_numpy()):
+        here = name == frame
+        wrong = size[here & tracking.artefact]
+        if len(wrong) and np.nanmax(wrong, initial=0.0) >= ITS_TOP * top[i]:
+            top[i] = np.nanmax(size[here & ~tracking.artefact], initial=0.0)
+    return frames.assign(max_envelope_mm=top)
+
+
 def _evidence(
     frames: pd.DataFrame, knots: pd.DataFrame, tracking: Tracking, rig: Rig, criteria: Criteria
 ) -> dict[int, np.ndarray]:
     """Evidence (n,) per level, in the table's order."""
     certainty, largest_mm = _by_frame(frames, knots, tracking)
     hole = rig.actuator.hole_diameter_mm
+    uneven = speak.uneven_evidence(frames, criteria)
     return {
         1: speak.coil_evidence(frames, criteria),
-        2: speak.uneven_evidence(frames, criteria),
-        3: speak.knot_evidence(frames, certainty, criteria),
+        2: np.where(_with_hardware(frames, knots, tracking), 0.0, uneven),
+        3: speak.knot_evidence(_bundle_alone(frames, knots, tracking), certainty, criteria),
         4: speak.larger_evidence(frames, certainty, largest_mm, hole),
     }
 
