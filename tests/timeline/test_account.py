@@ -90,3 +90,19 @@ def test_dirt_that_is_there_from_the_start_is_no_knot_and_is_named() -> None:
     assert told.onsets["knot_onset"].status == "not_observed"
     assert any("hardware" in note for note in told.notes)
     assert len(told.rejected) == len(rows)
+
+
+def test_what_is_handed_in_is_not_changed() -> None:
+    series = simulate(Plan(seed=3))
+    spigot = series.knots.iloc[:40].assign(
+        frame=range(40), turns=[float(i) for i in range(40)], centre_mm=26.0, max_diameter_mm=2.0
+    )
+    knots = pd.concat([series.knots, spigot], ignore_index=True)
+    tops = series.frames["max_envelope_mm"].clip(lower=2.0)
+    frames = series.frames.assign(max_envelope_mm=tops)
+    before = frames.copy(deep=True), knots.copy(deep=True)
+    first = account(frames, knots, RIG)
+    assert (first.rejected["centre_mm"] == 26.0).any()
+    pd.testing.assert_frame_equal(frames, before[0])
+    pd.testing.assert_frame_equal(knots, before[1])
+    assert account(frames, knots, RIG).onsets == first.onsets

@@ -124,7 +124,7 @@ def _bundle_alone(frames: pd.DataFrame, knots: pd.DataFrame, tracking: Tracking)
     spigot is seen would pass for one in which a knot might just have been missed."""
     if not tracking.artefact.any():
         return frames
-    top = numbers(frames, "max_envelope_mm")
+    top = numbers(frames, "max_envelope_mm").copy()
     size, name = numbers(knots, "max_diameter_mm"), knots["frame"].to_numpy()
     for i, frame in enumerate(frames["frame"].to_numpy()):
         here = name == frame
