@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.diagnosis.fit import Fit, Noise, fit
+from tsvision.diagnosis.candidates import usable_shapes
+from tsvision.diagnosis.fit import Fit, fit
+from tsvision.diagnosis.larger_sets import change_by, start_grid
+from tsvision.diagnosis.noise import Noise
 from tsvision.diagnosis.problem import Problem, prepare
-from tsvision.diagnosis.select import _change, _start_grid, usable_shapes
 from tsvision.diagnosis.table import Table
 from tsvision.mechanisms import MECHANISMS, Simulation
 from tsvision.mechanisms.shelf import Part
@@ -40,8 +42,8 @@ def signatures(problem: Problem, sigma: np.ndarray) -> tuple[list[str], np.ndarr
     columns: list[np.ndarray] = []
     for name in MECHANISMS:
         for shape in usable_shapes(problem, name)[:1]:
-            starts = _start_grid(shape)
-            change = noise.whiten(_change(problem, nominal, Part(name, shape), starts))
+            starts = start_grid(shape)
+            change = noise.whiten(change_by(problem, nominal, Part(name, shape), starts))
             names += [name] * len(starts)
             columns += list(whiten(change))
     return names, np.array(columns).T, whiten(residual)

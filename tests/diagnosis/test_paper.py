@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 from tsvision.data import table as paper_table
 
-from tsvision.diagnosis.bundles import diagnose_bundles, read_diameters
+from tsvision.diagnosis.bundle_table import read_diameters
+from tsvision.diagnosis.bundles import diagnose_bundles
 from tsvision.diagnosis.diagnose import diagnose
 from tsvision.diagnosis.table import table_from_rows
 from tsvision.diagnosis.verdict import Verdict

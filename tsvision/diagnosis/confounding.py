@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from tsvision.diagnosis.select import CLASS_WIDTH, Candidate, Selection
+from tsvision.diagnosis.candidates import Candidate, Selection
+from tsvision.diagnosis.select import CLASS_WIDTH
 from tsvision.mechanisms import MECHANISMS
 
 TEMPER = 0.03  # share of the gain by which the class widens when even the best does not fit well

@@ -17,7 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tsvision.diagnosis.table import NAN, Sighting, Table, table_from_rows
+from tsvision.diagnosis.observations import Sighting, Table
+from tsvision.diagnosis.rows import NAN
+from tsvision.diagnosis.table import table_from_rows
 from tsvision.errors import InputError
 from tsvision.records import Rig
 

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tsvision.diagnosis.candidates import Selection
 from tsvision.diagnosis.fit import Fit
 from tsvision.diagnosis.problem import Problem
-from tsvision.diagnosis.select import Selection, select
+from tsvision.diagnosis.select import select
 from tsvision.mechanisms import Simulation
 
 TURN_BLOCKS = 4

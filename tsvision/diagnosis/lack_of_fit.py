@@ -16,6 +16,7 @@ from scipy.special import fdtrc
 from tsvision.diagnosis.fit import Fit
 from tsvision.diagnosis.problem import USUAL_NOISE, Problem
 
+MISFIT_P = 1e-3  # structure in the residual that chance hardly makes
 RHO_GRID = np.arange(0.0, 0.91, 0.1)
 MOST_NODES = 16
 DEGREE = 3

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tsvision.diagnosis.arrange import GAIN_SD
 from tsvision.diagnosis.fit import STEP, Fit
 from tsvision.diagnosis.problem import USUAL_NOISE, Problem
-from tsvision.diagnosis.table import GAIN_SD
 from tsvision.mechanisms.shelf import OBSERVABLES, Conditions
 
 ENOUGH = 6.0  # a difference of so many standard deviations decides; more is worth nothing

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from tsvision.diagnosis.observations import Table
 from tsvision.diagnosis.simulate import ONE, observe, run_stages, start_state
-from tsvision.diagnosis.table import Table
 from tsvision.mechanisms.shelf import Parameter, Reference, Simulation
 
 OFFSET_SD_MM = 0.1

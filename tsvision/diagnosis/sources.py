@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from tsvision.diagnosis.bundles import diagnose_bundles, is_bundle_table, read_diameters
+from tsvision.diagnosis.bundle_table import is_bundle_table, read_diameters
+from tsvision.diagnosis.bundles import diagnose_bundles
 from tsvision.diagnosis.diagnose import diagnose
 from tsvision.diagnosis.folder import table_from_folders
-from tsvision.diagnosis.table import Table, read_rows, read_table
+from tsvision.diagnosis.observations import Table
+from tsvision.diagnosis.table import read_rows, read_table
 from tsvision.diagnosis.verdict import Verdict
 from tsvision.errors import InputError
 from tsvision.models import MODELS

@@ -1,0 +1,143 @@
+"""Rows of DATA as they come, checked and made into numbers; InputError with line and mend."""
+
+from __future__ import annotations
+
+import difflib
+import math
+
+from tsvision.errors import InputError
+from tsvision.mechanisms.shelf import OBSERVABLES
+from tsvision.records import Rig
+from tsvision.units import kgf_to_newton
+
+NAN = float("nan")
+CONSTANTS = (
+    "strings",
+    "string_diameter_mm",
+    "twisting_zone_mm",
+    "hole_distance_nominal_mm",
+    "bundle_diameter_mm",
+)
+TOLERANCES = (*(f"{name}_sd" for name in CONSTANTS[1:]), "camera_scale_sd")
+COLUMNS = ("run", "turns", "load_N", "branch", "time_s", "cycle", "observable", "value", "value_sd")
+ALIASES = {"contraction_mm": "displacement_mm"}
+LEAST_ROWS = 4
+BRANCHES = {"wind": False, "unwind": True, "": False}
+
+
+def long_from_wide(
+    names: list[str], records: list[dict], notes: list[str], where: str
+) -> tuple[list[str], list[dict]]:
+    """One row an observation from one row a condition."""
+    named = {ALIASES.get(name, name): name for name in names}
+    found = [name for name in OBSERVABLES if name in named]
+    if not found:
+        raise InputError(
+            f"{where} has neither 'observable' and 'value' nor a column of "
+            f"{', '.join(OBSERVABLES)}; add one"
+        )
+    keep = [name for name in names if name not in {named[f] for f in found}]
+    notes.append(f"read as a wide table: {', '.join(found)}")
+    long = [
+        {**{k: row.get(k) for k in keep}, "observable": name, "value": row.get(named[name])}
+        | {"value_sd": row.get(f"{named[name]}_sd") or row.get(f"{named[name][:-3]}_sd_mm")}
+        for row in records
+        for name in found
+    ]
+    return [*keep, "observable", "value", "value_sd"], long
+
+
+def check_names(names: list[str], notes: list[str], where: str) -> None:
+    """InputError where a column's name nearly is a known one; a note of those not used."""
+    known = (*COLUMNS, *CONSTANTS, *TOLERANCES, "load_kgf")
+    odd = [name for name in names if name not in known]
+    for name in odd:
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.8)
+        if near and near[0] not in names and name not in ("cycles", *OBSERVABLES):
+            raise InputError(f"{where} has a column '{name}'; did you mean '{near[0]}'?")
+    if odd:
+        notes.append(f"columns not used: {', '.join(odd)}")
+
+
+def number(text: object, column: str, line: int, where: str) -> float:
+    """A float, NaN for an empty cell; InputError names line and column otherwise."""
+    if text is None or (
+        isinstance(text, str) and text.strip().lower() in ("", "nan", "na", "none")
+    ):
+        return NAN
+    try:
+        found = float(text)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{where}, line {line}: '{text}' in column '{column}' is no number; mend or empty it"
+        ) from None
+    if math.isinf(found):
+        raise InputError(f"{where}, line {line}: infinite '{column}'; mend or empty it")
+    return found
+
+
+def parse(
+    names: list[str], records: list[dict], rig: Rig, notes: list[str], where: str
+) -> list[dict]:
+    """Each usable row as a dict of floats and words, constants filled from the rig."""
+    defaults = {
+        "strings": NAN if rig.strings.count is None else float(rig.strings.count),
+        "string_diameter_mm": rig.strings.diameter_mm,
+        "twisting_zone_mm": rig.actuator.twisting_zone_mm,
+        "hole_distance_nominal_mm": rig.actuator.hole_distance_mm,
+        "bundle_diameter_mm": NAN,
+    }
+    numeric = [n for n in ("turns", "time_s", "cycle", "value", "value_sd") if n in names]
+    parsed, seen = [], set()
+    empty = twice = 0
+    for line, record in enumerate(records, start=2):
+        row: dict = {n: number(record.get(n), n, line, where) for n in numeric}
+        word = str(record.get("observable") or "").strip()
+        if word not in OBSERVABLES:
+            near = difflib.get_close_matches(word, OBSERVABLES, n=1)
+            hint = f"did you mean '{near[0]}'?" if near else f"use one of {', '.join(OBSERVABLES)}"
+            raise InputError(f"{where}, line {line}: observable '{word}' is unknown; {hint}")
+        row["observable"] = word
+        if math.isnan(row["value"]) or math.isnan(row["turns"]):
+            empty += 1
+            continue
+        if not math.isnan(row.get("value_sd", NAN)) and row["value_sd"] <= 0:
+            raise InputError(f"{where}, line {line}: value_sd must be above 0; mend or empty it")
+        row["run"] = str(record.get("run") or "run").strip()
+        branch = str(record.get("branch") or "").strip().lower()
+        if branch not in BRANCHES:
+            raise InputError(f"{where}, line {line}: branch '{branch}'; write 'wind' or 'unwind'")
+        row["unwinding"] = BRANCHES[branch]
+        row["load_N"] = _load(record, names, rig, line, where)
+        for name in CONSTANTS:
+            given = number(record.get(name), name, line, where) if name in names else NAN
+            row[name] = defaults[name] if math.isnan(given) else given
+        for name in TOLERANCES:
+            row[name] = number(record.get(name), name, line, where) if name in names else NAN
+            if row[name] < 0:
+                raise InputError(f"{where}, line {line}: '{name}' is negative; give it as positive")
+        key = tuple(str(row[k]) for k in sorted(row))
+        if key in seen and ("time_s" in names or "value" in names):
+            twice += 1
+            continue
+        seen.add(key)
+        parsed.append(row)
+    if empty:
+        notes.append(f"{empty} rows without a value or turns were left out")
+    if twice:
+        notes.append(f"{twice} rows that repeat another one exactly were left out")
+    if len(parsed) < LEAST_ROWS:
+        raise InputError(
+            f"{where} has {len(parsed)} usable observations; at least {LEAST_ROWS} are needed to "
+            "decide anything"
+        )
+    return parsed
+
+
+def _load(record: dict, names: list[str], rig: Rig, line: int, where: str) -> float:
+    load = number(record.get("load_N"), "load_N", line, where) if "load_N" in names else NAN
+    if math.isnan(load) and "load_kgf" in names:
+        load = float(kgf_to_newton(number(record.get("load_kgf"), "load_kgf", line, where)))
+    if load < 0:
+        raise InputError(f"{where}, line {line}: load {load:g} N is negative; give its magnitude")
+    return rig.actuator.load_N if math.isnan(load) else load
