@@ -270,6 +270,16 @@ def test_bomb_is_refused_before_decoding(tmp_path: Path, size: tuple[int, int]) 
     assert time.monotonic() - start_s < 2
 
 
+@pytest.mark.parametrize("shape", [(1, 640), (640, 1), (7, 7)])
+@pytest.mark.parametrize("suffix", ["png", "jpg", "tif"])
+def test_a_picture_too_small_for_a_bundle_is_said_to_be(
+    tmp_path: Path, shape: tuple[int, int], suffix: str
+) -> None:
+    assert cv2.imwrite(str(tmp_path / f"f.{suffix}"), np.zeros(shape, np.uint8))
+    (frame,) = iter_frames(open_recording(tmp_path))
+    assert frame.pixels is None and "too small" in frame.problem
+
+
 def test_jpeg_bmp_and_tiff_bombs(tmp_path: Path) -> None:
     good, jpeg = cv2.imencode(".jpg", numbered(0))
     assert good
@@ -290,7 +300,7 @@ def test_wrong_ending_is_read_by_content_and_text_is_not(tmp_path: Path) -> None
     assert good
     (tmp_path / "a.jpg").write_bytes(png.tobytes())
     (tmp_path / "b.png").write_text("hello")
-    tifffile.imwrite(tmp_path / "c.tif", np.zeros((5, 5), np.float32))
+    tifffile.imwrite(tmp_path / "c.tif", np.zeros((15, 15), np.float32))
     first, second, third = iter_frames(open_recording(tmp_path))
     assert first.pixels is not None and number_of(first.pixels) == 2
     assert second.pixels is None and "no PNG" in second.problem
@@ -324,7 +334,7 @@ def test_tiff_stack(tmp_path: Path, kind: str, dtype: type) -> None:
 
 
 def test_colour_tiff_page_comes_as_bgr(tmp_path: Path) -> None:
-    rgb = np.zeros((6, 7, 3), np.uint8)
+    rgb = np.zeros((12, 14, 3), np.uint8)
     rgb[:, :, 0] = 200
     tifffile.imwrite(tmp_path / "f.tif", rgb, photometric="rgb")
     (frame,) = iter_frames(open_recording(tmp_path))

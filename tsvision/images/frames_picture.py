@@ -18,6 +18,7 @@ from tsvision.images.frames_tiff import read_page
 
 MAX_PIXELS = 150_000_000  # a 150-megapixel back; colour in 16 bit is 0.9 GB
 MAX_SIDE_PX = 60_000
+MIN_SIDE_PX = 8  # a bundle of 3 px, with ground on both sides of it
 MAX_FILE_BYTES = 2_000_000_000
 _PAGE = re.compile(r"(.+\.tiff?)#(\d+)", re.IGNORECASE | re.DOTALL)
 _AS_STORED = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # grey stays grey, 16 bit stays; EXIF turns
@@ -77,6 +78,10 @@ def check_size(width_px: int, height_px: int) -> None:
     """Refuse absurd dimensions before decoding."""
     if width_px < 1 or height_px < 1:
         raise Unreadable(f"the header states a size of {width_px} x {height_px} px")
+    if min(width_px, height_px) < MIN_SIDE_PX:
+        raise Unreadable(
+            f"the header states {width_px} x {height_px} px, too small to show a bundle"
+        )
     if width_px * height_px > MAX_PIXELS or max(width_px, height_px) > MAX_SIDE_PX:
         raise Unreadable(
             f"the header states {width_px} x {height_px} px, more than {MAX_PIXELS // 10**6} "
