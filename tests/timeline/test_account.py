@@ -94,7 +94,7 @@ def test_dirt_that_is_there_from_the_start_is_no_knot_and_is_named() -> None:
 
 def test_what_is_handed_in_is_not_changed() -> None:
     series = simulate(Plan(seed=3))
-    spigot = series.knots.iloc[:40].assign(
+    spigot = pd.concat([series.knots.iloc[:1]] * 40, ignore_index=True).assign(
         frame=range(40), turns=[float(i) for i in range(40)], centre_mm=26.0, max_diameter_mm=2.0
     )
     knots = pd.concat([series.knots, spigot], ignore_index=True)

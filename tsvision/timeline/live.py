@@ -90,7 +90,10 @@ class Live:
         self._advance(spoken, abs(result.row.turns))
         there = self._nested()
         level = max((k for k, p in there.items() if p > 0.5), default=0)
-        sure = there[LEVEL_OF_ONSET[self.watch_for]] >= self.certainty
+        level_watched = LEVEL_OF_ONSET[self.watch_for]
+        sure = there[level_watched] >= self.certainty
+        # what stands out this early is mostly hardware, which a few more frames will tell
+        sure &= level_watched < 3 or abs(result.row.turns) >= ARTEFACT_TURNS
         if may_decide and self.onset is None and sure:
             self.onset = self._decide()
         return LiveState(there, PHASES[level], self.onset)
