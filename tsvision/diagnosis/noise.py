@@ -46,7 +46,7 @@ def minus_log_likelihood(innovation: np.ndarray, noise: Noise) -> np.ndarray:
 
 
 def weights_of(innovation: np.ndarray, nu: float) -> np.ndarray:
-    """What each row counts in the re-weighted least squares that find the Student-t mode, (..., n)."""
+    """What each row counts in the re-weighted least squares of the Student-t mode, (..., n)."""
     return (nu + 1) / (nu + innovation**2)
 
 
