@@ -45,31 +45,46 @@ def _bar(name: str) -> Iterator[Callable[[int, int], None]]:
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(escape(name), total=None, rate="")
-        start_s = time.monotonic()
+        rate_of = _rate()
 
         def tell(done: int, total: int) -> None:
-            rate = done / max(1e-9, time.monotonic() - start_s)
-            bar.update(task, completed=done, total=total, rate=f"{rate:.1f} frames/s")
+            rate = rate_of(done)
+            words = f"{rate:.1f} frames/s" if rate else ""
+            bar.update(task, completed=done, total=total, rate=words)
 
         yield tell
 
 
 def _lines(name: str) -> Callable[[int, int], None]:
-    start_s = time.monotonic()
-    last_s = start_s
+    last_s = time.monotonic()
+    rate_of = _rate()
 
     def tell(done: int, total: int) -> None:
         nonlocal last_s
-        now_s = time.monotonic()
+        now_s, rate = time.monotonic(), rate_of(done)
         if now_s - last_s >= _LINE_EVERY_S:
             last_s = now_s
-            rate = done / (now_s - start_s)
-            left_s = (total - done) / rate
-            print(
-                f"{name}: {done}/{total} frames, {rate:.1f}/s, {left_s:.0f} s left", file=sys.stderr
-            )
+            ahead = f", {rate:.1f}/s, {(total - done) / rate:.0f} s left" if rate else ""
+            print(f"{name}: {done}/{total} frames{ahead}", file=sys.stderr)
 
     return tell
+
+
+def _rate() -> Callable[[int], float | None]:
+    """Frames a second since the first report: what comes before it is done only once (compiling,
+    learning what stands still) and says nothing of the rest. None until that can be told."""
+    first: tuple[int, float] | None = None
+
+    def rate(done: int) -> float | None:
+        nonlocal first
+        now_s = time.monotonic()
+        if first is None:
+            first = done, now_s
+        if done <= first[0] or now_s <= first[1]:
+            return None
+        return (done - first[0]) / (now_s - first[1])
+
+    return rate
 
 
 @contextmanager
