@@ -35,6 +35,8 @@ LEAST_RANK_CORRELATION = 0.4
 CHANCE_SDS = 2.6  # a shuffled series of n frames correlates by 1 / sqrt(n - 1), one sd
 MOST_AGAINST = 0.3
 MISCOUNT = 0.2  # relative; the count of turns in one view is a tenth off at most
+MISCOUNT_SPREAD = 0.12  # relative; more says that the strands are misread, not the turns
+LEAST_COUNTED_TURNS = 2.5
 STRONG = 2.0
 
 
@@ -78,13 +80,13 @@ def miscounted(frames: pd.DataFrame, order: Order, criteria: Criteria = Criteria
     are missing from a film without turn counts of its own, or a count of something else."""
     straight = speak.ratio_of(frames, "coil_amplitude") < criteria.coil_ratio
     seen = np.where(straight, numbers(frames, "turns_seen"), np.nan)[order.rows]
-    good = order.known & np.isfinite(seen) & (order.wind >= TWISTED_TURNS)
-    if good.sum() < 5:
+    good = order.known & np.isfinite(seen) & (order.wind >= LEAST_COUNTED_TURNS)
+    if good.sum() < 4:
         return ""
     share = np.abs(seen[good]) / order.wind[good]
     middle = float(np.median(share))
     spread = 1.4826 * float(np.median(np.abs(share - middle)))
-    if abs(middle - 1.0) < MISCOUNT or spread > MISCOUNT / 4:
+    if abs(middle - 1.0) < MISCOUNT or spread > MISCOUNT_SPREAD:
         return ""
     return (
         f"the pictures show {middle:.2f} times the turns given: are frames missing, or do the turn "
