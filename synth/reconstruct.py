@@ -36,6 +36,8 @@ LIGHTS = (
     ),
 )
 PHASES = 12
+PITCH_TIMES = (1.0, 2.0 / 3.0, 1.5)
+MOST_EXTRA = 0.5
 MOST_TRIES = 140  # of the straight bundle, half as many for each extra
 MARGIN_D = 1.5  # the bundle is drawn so far beyond both ends, in units of D
 EXTRAS = {"taper": 0.04, "flattening": 0.06, "looseness": 0.06}  # first steps tried, either way
@@ -98,8 +100,13 @@ def likeness(photo: np.ndarray, start: Rope) -> float:
 
 
 def _phases(start: Rope) -> list[Rope]:
+    """All phases, at the pitch given and at those that it is easily mistaken for."""
     turn = 2.0 * np.pi / (2 if start.count % 2 == 0 else start.count)
-    return [replace(start, phase_rad=p) for p in np.arange(PHASES) / PHASES * turn]
+    return [
+        replace(start, phase_rad=phase, pitch_px=times * start.pitch_px)
+        for times in PITCH_TIMES
+        for phase in np.arange(PHASES) / PHASES * turn
+    ]
 
 
 def _cost(photo: np.ndarray, start: Rope) -> Callable[[Rope], float]:
@@ -119,7 +126,10 @@ def _settled(rope: Rope, cost: Callable[[Rope], float], names: tuple[str, ...] =
     d = rope.diameter_px
 
     def at(u: np.ndarray) -> Rope:
-        more = {name: getattr(rope, name) + u[6 + i] for i, name in enumerate(names)}
+        more = {
+            name: float(np.clip(getattr(rope, name) + u[6 + i], -MOST_EXTRA, MOST_EXTRA))
+            for i, name in enumerate(names)
+        }
         return replace(
             rope,
             phase_rad=rope.phase_rad + u[0],
@@ -127,7 +137,7 @@ def _settled(rope: Rope, cost: Callable[[Rope], float], names: tuple[str, ...] =
             offset_px=rope.offset_px + d * u[2],
             diameter_px=d * float(np.exp(np.clip(u[3], -0.5, 0.5))),
             tilt_px=rope.tilt_px + d * u[4],
-            blur_px=rope.blur_px * float(np.exp(np.clip(u[5], -1.0, 1.0))),
+            blur_px=rope.blur_px * float(np.exp(np.clip(u[5], -0.7, 0.7))),
             **more,  # type: ignore[arg-type]
         )
 
