@@ -221,14 +221,19 @@ def main() -> None:
     parser.add_argument("--width", type=int, default=960, help="of rendered pictures, px")
     parser.add_argument("--again", action="store_true", help="measure anew what older code did")
     parser.add_argument("--there", action="store_true", help="only what was rendered already")
+    parser.add_argument("--fresh", action="store_true", help="only rows by the code as it is")
     parser.add_argument("--no-peers", action="store_true")
     parser.add_argument("--wrong", action="store_true", help="list what went wrong")
     options = parser.parse_args()
+    from tests.bench.onset_rendered import is_measured
+
     began = time.time()
     measured = []
     for seed in range(options.first, options.first + options.recordings):
         settings = plan(seed, options.width)
         if options.there and not (options.rendered / name_of(settings)).exists():
+            continue
+        if options.fresh and not is_measured(options.rendered / name_of(settings), again=True):
             continue
         case = exact(settings)
         print(f"{case.name} {time.time() - began:.0f} s", file=sys.stderr)
