@@ -206,3 +206,13 @@ def test_a_thing_too_thick_for_its_strings_is_not_believed(string_mm: float, sta
     told = account(series.frames, series.knots, rig)
     assert told.onsets["knot_onset"].status == status
     assert ("cannot make" in told.reasons["knot_onset"]) == (status == "undetermined")
+
+
+def test_an_envelope_too_noisy_to_show_a_knot_tells_of_none() -> None:
+    series = simulate(Plan(knot_turns=(), seed=2))
+    assert account(series.frames, series.knots, RIG).onsets["knot_onset"].status == "not_observed"
+    jump = np.random.default_rng(5).uniform(1.0, 3.0, len(series.frames))
+    noisy = series.frames.assign(max_envelope_mm=series.frames["max_envelope_mm"] * jump)
+    told = account(noisy, series.knots.iloc[:0], RIG)
+    assert told.onsets["knot_onset"].status == "undetermined"
+    assert "would not stand out" in told.reasons["knot_onset"]

@@ -14,6 +14,7 @@ import pandas as pd
 from tsvision.errors import InputError
 from tsvision.records import Onset, Rig
 from tsvision.timeline import evidence as speak
+from tsvision.timeline.background import least_believed
 from tsvision.timeline.chain import Histories, infer
 from tsvision.timeline.consistency import MOST_AGAINST, disorder, miscounted, mismatch
 from tsvision.timeline.criteria import LEVEL_OF_ONSET, Criteria
@@ -25,7 +26,11 @@ from tsvision.timeline.phases import spells
 from tsvision.timeline.safety import largest_safe, near_misses
 from tsvision.timeline.telling import split_sightings, tell_frames
 from tsvision.timeline.tracks import Tracking, track_knots
-from tsvision.timeline.unknown import camera_moves, without_what_is_unknown
+from tsvision.timeline.unknown import (
+    camera_moves,
+    without_what_is_unknown,
+    without_what_noise_hides,
+)
 from tsvision.timeline.unwinding import all_runs, ways_back
 
 ITS_TOP = 0.9  # share of a frame's largest E from which a sighting is what sets it
@@ -72,6 +77,8 @@ def account(
     seen = speak.measured(frames)[order.rows]
     onsets, reasons = _onsets(histories, order, seen, criteria)
     onsets, reasons = _checked(onsets, reasons, frames, rig, histories, spoken, order, seen)
+    least = least_believed(frames, knots, order)
+    onsets, reasons = without_what_noise_hides(onsets, reasons, least)
     onsets, reasons = without_what_is_unknown(onsets, reasons, frames, rig)
     kept, rejected = split_sightings(frames, knots, tracking, order, histories[3])
     by_cycle = onsets_by_cycle(frames, histories[3], order, seen, criteria)

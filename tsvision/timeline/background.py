@@ -73,9 +73,19 @@ class Background:
 
 def chances(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> np.ndarray:
     """(rows of knots,) chance of each sighting against the background of the frames before it."""
+    return _followed(frames, knots, order)[0]
+
+
+def least_believed(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> float:
+    """E / E₀ from which a sighting is rather a knot than not, by the end of the recording."""
+    middle, spread = _followed(frames, knots, order)[1].middle_and_spread()
+    return middle + BELIEVED_AT * spread
+
+
+def _followed(
+    frames: pd.DataFrame, knots: pd.DataFrame, order: Order
+) -> tuple[np.ndarray, Background]:
     result = np.zeros(len(knots))
-    if not len(knots):
-        return result
     base = numbers(frames, "baseline_envelope_mm")
     top, coil = numbers(frames, "max_envelope_mm"), ratio_of(frames, "coil_amplitude")
     name = frames["frame"].to_numpy()
@@ -88,4 +98,4 @@ def chances(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> np.ndarr
         for row in rows:
             result[row] = background.chance(size[row] / steady, confidence[row])
         background.push(top[i] / steady, coil[i], sighted=len(rows) > 0)
-    return result
+    return result, background

@@ -30,6 +30,7 @@ ARTEFACT_TURNS = 5.0  # what stands out below this turn count, before anything c
 ARTEFACT_REACH_D = 1.5  # … makes all that stands out at the same place …
 ARTEFACT_SHARE = 0.4  # … if it shows in this share of the first frames, …
 BEYOND_D = 0.5  # … as is what lies farther than this beyond the connector's face
+HUGE_D = 5.0  # … or is larger than any coil of the bundle can be
 ARTEFACT_GROWTH = 1.3  # … and is not larger than this many times: hardware, dirt, a fibre
 
 
@@ -89,7 +90,8 @@ def track_knots(
     step_of_row[np.concatenate([*rows_at, np.zeros(0, dtype=int)])] = steps_of
     size = numbers(knots, "max_diameter_mm")
     artefact = _artefacts(tracks, place, size, step_of_row, good, order)
-    artefact |= beyond(knots, zone_mm, _median(numbers(frames, "diameter_mm")))
+    unit = _median(numbers(frames, "diameter_mm"))
+    artefact |= beyond(knots, zone_mm, unit) | (size > HUGE_D * unit)
     tracks = _number(tracks, artefact, len(order.rows) - 1)
     supported = odds.copy()
     for track in tracks:

@@ -9,6 +9,7 @@ from tsvision.records import Onset, Rig
 from tsvision.timeline import evidence as speak
 from tsvision.timeline.order import numbers
 
+PLAIN_RISE = 1.6  # times E₀, to which a knot soon grows
 LEAST_READ = 0.3  # share of the measured frames in which a quantity must have been read
 
 Onsets = dict[str, Onset]
@@ -31,6 +32,24 @@ def without_what_is_unknown(
     if onsets["overtwist_onset"].status != "undetermined" and not _coiling_was_read(frames):
         onsets["overtwist_onset"] = _untold(onsets["overtwist_onset"])
         reasons["overtwist_onset"] = "the swing of the bundle's centre line was not measured"
+    return onsets, reasons
+
+
+def without_what_noise_hides(
+    onsets: Onsets, reasons: Reasons, least_believed: float
+) -> tuple[Onsets, Reasons]:
+    """`not_observed` becomes `undetermined` where a knot would not stand out: `least_believed` is
+    the E / E₀ from which a sighting is rather a knot than not."""
+    if least_believed <= PLAIN_RISE:
+        return onsets, reasons
+    onsets, reasons = dict(onsets), dict(reasons)
+    for name in ("knot_onset", "irreversible_onset"):
+        if onsets[name].status == "not_observed":
+            onsets[name] = _untold(onsets[name])
+            reasons[name] = (
+                f"the envelope is read so unevenly that a knot below {least_believed:.1f} times "
+                "its baseline would not stand out"
+            )
     return onsets, reasons
 
 
