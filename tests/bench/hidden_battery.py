@@ -47,6 +47,9 @@ def cases(scale: int, first: int) -> list[tuple[str, Any]]:
             jobs.append(("clean null", ("null", "clean", 0, next(seeds))))
         for _ in range(12):
             jobs.append(("hard null", ("null", "hard", 0, next(seeds))))
+    for _ in range(scale):
+        for name in planted.LATER:
+            jobs.append(("later", ("later", name, 0, next(seeds))))
     return jobs
 
 
@@ -56,6 +59,8 @@ def build(spec: tuple) -> planted.Case:
         return planted.plain_case(name, seed)
     if what == "foreign":
         return planted.foreign_case(name, which, seed)
+    if what == "later":
+        return planted.later_case(name, seed)
     if what == "unlike":
         return planted.unlike_case(which, seed)
     if what == "onlyx":

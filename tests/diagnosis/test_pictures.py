@@ -55,11 +55,11 @@ def pitches(path: Path) -> list[float]:
 
 def test_the_pitch_is_used_where_the_bundle_is_straight(tmp_path: Path) -> None:
     straight = ["twist"] * 9
-    assert pitches(folder(tmp_path / "a", straight)) == [0, 4, 8, 12, 16, 12, 8, 4, 0]
+    assert pitches(folder(tmp_path / "a", straight)) == [4, 8, 12, 16, 12, 8, 4]
     coiled = [*["twist"] * 3, "overtwist", "overtwist", "twist", *["twist"] * 3]
-    assert pitches(folder(tmp_path / "b", coiled)) == [0, 4, 8, 8, 4, 0]
+    assert pitches(folder(tmp_path / "b", coiled)) == [4, 8, 8, 4]
     knotted = [*["twist"] * 4, *["knotted"] * 3, "twist", "twist"]
-    assert pitches(folder(tmp_path / "c", knotted)) == [0, 4, 8, 12]
+    assert pitches(folder(tmp_path / "c", knotted)) == [4, 8, 12]
 
 
 def test_onsets_in_the_summary_are_sightings(tmp_path: Path) -> None:

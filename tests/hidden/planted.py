@@ -273,6 +273,51 @@ def coiling_with_load(w: World, x: np.ndarray, g: Draw) -> np.ndarray:
     return coil(w, onset, g.uniform(0.8, 1.15))
 
 
+# ------------------------------------------------ foreign forms written after all tuning was done
+
+
+def angle_scale_hyperbolic(w: World, g: Draw) -> None:
+    w.n = w.n * (1 - g.uniform(0.07, 0.16) * w.turns / (w.turns + 0.15 * w.most))
+
+
+def hole_distance_widening(w: World, g: Draw) -> None:
+    w.hole = w.hole + sign(g) * g.uniform(1.2, 2.5) * (0.8 + 0.3 * (w.turns / w.most) ** 2)
+
+
+def lost_turns_root(w: World, g: Draw) -> None:
+    lost = g.uniform(1.0, 3.0)
+    w.n = np.sqrt(w.n**2 + lost**2) - lost
+
+
+def radial_compression_cube_root(w: World, g: Draw) -> None:
+    a, low = g.uniform(0.05, 0.12), w.load.min() / w.count
+    solve_radius(w, lambda tension: 1 - a * ((tension / low) ** (1 / 3) - 1))
+
+
+def backlash_with_turns(w: World, g: Draw) -> None:
+    play = g.uniform(0.7, 2.0) * (0.7 + 0.3 * w.turns / w.most)
+    w.n = w.n + np.where(w.back, np.minimum(play, w.most - w.turns), 0)
+
+
+def radius_step_arctan(w: World, g: Draw) -> None:
+    past = (w.turns / w.most - g.uniform(0.3, 0.6)) / g.uniform(0.02, 0.06)
+    w.r = w.r * (1 + sign(g) * g.uniform(0.08, 0.18) * (0.5 + np.arctan(past) / np.pi))
+
+
+def axial_stretch_log(w: World, x: np.ndarray, g: Draw) -> np.ndarray:
+    return x - (w.zone + x) * g.uniform(0.012, 0.03) * np.log1p(w.tension() / 10)
+
+
+def creep_late(w: World, x: np.ndarray, g: Draw) -> np.ndarray:
+    return x - g.uniform(0.6, 1.5) * np.log10(1 + w.time / 20) * (w.load / w.load.mean()) ** 0.8
+
+
+def coiling_curved(w: World, x: np.ndarray, g: Draw) -> np.ndarray:
+    onset = g.uniform(0.3, 0.55) * w.most
+    past = np.maximum(w.n - onset, 0)
+    return coil(w, onset + 0 * w.n, g.uniform(0.75, 0.95)) + 0.06 * past**2 / w.most
+
+
 # ------------------------------------------------------------------ like none of them
 
 
@@ -333,6 +378,17 @@ FOREIGN: dict[str, tuple[Plan | Late, ...]] = {
     "knot_absorption": (knot_absorption_staircase, knot_absorption_growing),
     "camera_scale": (camera_scale_drifting,),
     "coiling": (coiling_rounded, coiling_with_load),
+}
+LATER: dict[str, Plan | Late] = {
+    "angle_scale": angle_scale_hyperbolic,
+    "hole_distance": hole_distance_widening,
+    "lost_turns": lost_turns_root,
+    "radial_compression": radial_compression_cube_root,
+    "backlash": backlash_with_turns,
+    "radius_step": radius_step_arctan,
+    "axial_stretch": axial_stretch_log,
+    "creep": creep_late,
+    "coiling": coiling_curved,
 }
 UNLIKE: tuple[Late, ...] = (ripple, bump, load_hump, warm_room)
 LATE = {"axial_stretch", "creep", "coiling"}
@@ -474,6 +530,10 @@ def plain_case(name: str, seed: int, setting: Setting = Setting()) -> Case:
 
 def foreign_case(name: str, which: int, seed: int, setting: Setting = Setting()) -> Case:
     return plant([(name, FOREIGN[name][which % len(FOREIGN[name])])], seed, setting, "foreign")
+
+
+def later_case(name: str, seed: int, setting: Setting = Setting()) -> Case:
+    return plant([(name, LATER[name])], seed, setting, "later")
 
 
 def unlike_case(which: int, seed: int, setting: Setting = Setting()) -> Case:

@@ -26,6 +26,7 @@ from tsvision.records import Rig
 BAD = {"UNREADABLE", "WRONG_SIZE", "BLANK", "NO_BUNDLE", "TRACK_LOST", "CAMERA_MOVED"}
 # Where hardly a lobe is seen, strands that still run apart are easily taken for a bundle.
 NO_DIAMETER = {"NO_SCALE", "TOO_FEW_TURNS", "CLIPPED", "FEW_LOBES", "ENVELOPE_ONLY", "NO_PITCH"}
+NO_PITCH = {"ENVELOPE_ONLY", "NO_PITCH", "AMBIGUOUS_HARMONIC", "TOO_FEW_TURNS", "FEW_LOBES"}
 NO_HELIX = {"ENVELOPE_ONLY", "NO_PITCH", "AMBIGUOUS_HARMONIC", "TOO_FEW_TURNS"}
 # The helix is read beside the separator: as a mean over the zone it carries a gain of its own. An
 # edge on a strand lit from one side is 0.5 to 2 px off, which acts on all diameters of a recording
@@ -34,6 +35,7 @@ GAIN_SD = {"diameter_mm": 0.02, "helix_angle_deg": 0.03, "pitch_mm": 0.01}
 COMMON = 3.0  # times the median stated uncertainty of D
 LEAST_SD = {"diameter_mm": 0.004, "helix_angle_deg": 0.2}
 LEAST_TURNS = 0.1  # what a pitch tells of the turns in the strands, at best
+FEWEST_TURNS = 1.0
 STEEPEST_RAD = math.radians(70.0)  # strands side by side cannot be laid steeper
 STRAIGHT = "twist"  # the phase in which the zone's mean helix is the one beside the separator
 KNOTTED = {"knotted", "irreversible"}  # from here on, knots keep turns that the motor takes back
@@ -131,7 +133,7 @@ def _rows(folder: Path, rig: Rig, run: str) -> list[dict]:
             **{name: constants[name] for name in CONSTANTS},
         }
         straight = turns < coiled and not knotted
-        rows += [{**common, **seen} for seen in _seen(frame, flags, zone_mm, straight)]
+        rows += [{**common, **seen} for seen in _seen(frame, flags, turns, zone_mm, straight)]
     return rows
 
 
@@ -148,20 +150,21 @@ def _coiled_from(frames: list[dict], turned: list[float]) -> float:
     return fewest
 
 
-def _seen(frame: dict, flags: set[str], zone_mm: float, straight: bool) -> list[dict]:
+def _seen(frame: dict, flags: set[str], turns: float, zone_mm: float, straight: bool) -> list[dict]:
     """What one frame says, as observables with their standard deviations. Where the bundle is not
     `straight`, its pitch does not tell the turns."""
     said = [("displacement_mm", _number(frame.get("displacement_mm")), NAN)]
     angle, angle_sd = (_number(frame.get(f"helix_angle_rad{end}")) for end in ("", "_sd"))
     pitch, pitch_sd = (_number(frame.get(f"pitch_mm{end}")) for end in ("", "_sd"))
-    laid = not angle > STEEPEST_RAD
+    # Before the first turn there is hardly a bundle to see, and what is seen is the legs.
+    laid = not angle > STEEPEST_RAD and not turns < FEWEST_TURNS
     if laid and not flags & NO_DIAMETER:
         said.append(
             ("diameter_mm", _number(frame.get("diameter_mm")), _number(frame.get("diameter_mm_sd")))
         )
     straight = straight and laid
     least = {**LEAST_SD, "pitch_mm": LEAST_TURNS * pitch**2 / zone_mm}
-    if straight and not flags & NO_HELIX and not math.isnan(least["pitch_mm"]):
+    if straight and not flags & NO_PITCH and not math.isnan(least["pitch_mm"]):
         said.append(("pitch_mm", pitch, pitch_sd))
     elif straight and not flags & NO_HELIX:
         said.append(("helix_angle_deg", math.degrees(angle), math.degrees(angle_sd)))
