@@ -25,7 +25,6 @@ STRAIGHT_COST = 1.5  # … is doubtful by this log-odds: knots grow out of coili
 CONFIDENCE_IF_UNKNOWN = 0.95
 NO_FIT = "ENVELOPE_ONLY"  # the strands could not be fitted: D and A are not to be relied upon
 UNFITTED_MISS = 0.7  # chance of seeing no knot where there is one, in such a frame
-DOUBTED = -0.1  # a sighting that hardly stands out of the noise is no proof that there is no knot
 UNSIZED = -1.0  # evidence of a knot of unknown size for being larger than the hole
 
 
@@ -109,7 +108,7 @@ def knot_evidence(frames: pd.DataFrame, certainty: np.ndarray, criteria: Criteri
     comes to the criterion."""
     seen = np.isfinite(certainty)
     chance = np.clip(np.where(seen, certainty, 0.5), 0.02, 0.98)
-    speaks_for = np.maximum(np.log(chance / (1.0 - chance)), DOUBTED)
+    speaks_for = np.log(chance / (1.0 - chance))
     miss = np.clip(norm.cdf(_margin(frames, criteria) / ENVELOPE_NOISE), 0.03, 0.3)
     miss = np.where(flagged(frames, NO_FIT), UNFITTED_MISS, miss)
     straight = ratio_of(frames, "coil_amplitude") < STRAIGHT * criteria.coil_ratio
