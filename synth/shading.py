@@ -1,13 +1,43 @@
 """From fragments to light: shades each visible piece and lays the layers over the background.
 
 All colours are linear light. The key light is directional, so every strand has a lit and a shadow
-side; grooves darken with depth below the bundle's outer radius; a braid darkens fine diagonals.
+side; grooves between strands darken; a braid darkens fine diagonals.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
+
+
+@njit(cache=True, error_model="numpy")
+def _covered_part(share, half):  # pragma: no cover - compiled
+    """Part of a pixel at `share` of the half width that lies on the strand, in half widths."""
+    low, high = max(share - half, -1.0), min(share + half, 1.0)
+    if high - low < 1e-3:
+        low = min(max(share, -1.0), 0.999)
+        high = low + 1e-3
+    return low, high
+
+
+@njit(cache=True, error_model="numpy")
+def _mean_height(low, high):  # pragma: no cover - compiled
+    """Mean of sqrt(1 - x^2) over low..high."""
+    upper = high * np.sqrt(max(1.0 - high * high, 0.0)) + np.arcsin(high)
+    lower = low * np.sqrt(max(1.0 - low * low, 0.0)) + np.arcsin(low)
+    return 0.5 * (upper - lower) / (high - low)
+
+
+@njit(cache=True, error_model="numpy")
+def _groove(outwards, reach):  # pragma: no cover - compiled
+    """How far a point of the bundle's surface lies in a groove, 0..1.
+
+    outwards: cosine between the surface's normal and the direction away from the bundle's axis,
+    low where a strand faces its neighbour; reach: distance from the axis over the outer radius,
+    low on the core strands. The front and the limb of an outer strand lie open.
+    """
+    step = min(max((outwards * min(reach / 0.65, 1.0) + 0.2) / 0.85, 0.0), 1.0)
+    return 1.0 - step * step * (3.0 - 2.0 * step)
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
@@ -119,9 +149,13 @@ def composite(
                     cover = (union - taken) / strands
                 q22, q23, q33 = section[k, 0], section[k, 1], section[k, 2]
                 hw = np.sqrt(q22)
-                share = min(max(eta / hw, -0.995), 0.995)
+                # Towards the limb the normal turns fast: a pixel shows the mean over its covered
+                # part, not the value in its middle, which would darken every edge.
+                low_share, high_share = _covered_part(eta / hw, 0.5 * abs(norm) / hw)
+                share = 0.5 * (low_share + high_share)
+                rise = _mean_height(low_share, high_share)
                 flat = max(q33 - q23 * q23 / q22, 1e-12)
-                h2, h3 = share * hw, share * hw * q23 / q22 + np.sqrt(flat * (1 - share * share))
+                h2, h3 = share * hw, share * hw * q23 / q22 + np.sqrt(flat) * rise
                 # outward normal of the ellipse: Q^-1 (h2, h3)
                 det = q22 * q33 - q23 * q23
                 n2 = (q33 * h2 - q23 * h3) / det
@@ -140,8 +174,9 @@ def composite(
                     px = outward_mm[k, 0] + hw * nx
                     py = outward_mm[k, 1] + hw * ny
                     pz = outward_mm[k, 2] + hw * nz
-                    reach = min(np.sqrt(px * px + py * py + pz * pz) / outer_mm, 1.0)
-                    deep = 1.0 - inside[k] * occlusion * min((1.0 - reach) * 2.0, 1.0)
+                    size = np.sqrt(px * px + py * py + pz * pz)
+                    outwards = (px * nx + py * ny + pz * nz) / max(size, 1e-9)
+                    deep = 1.0 - inside[k] * occlusion * _groove(outwards, size / outer_mm)
                 u = (col + left) / image_w - 0.5
                 v = (row + top) / image_h - 0.5
                 lit = max(1.0 + light_dx * u + light_dy * v, 0.05)

@@ -20,9 +20,9 @@ from scipy.ndimage import gaussian_filter1d
 from tests.bench.pictures48_draw import cases, draw
 from tsvision.measures.bundle import fit_window
 from tsvision.measures.cut import cut_frame, find_edges
-from tsvision.measures.edges import fit_shading
 from tsvision.measures.helix import model_edges
 from tsvision.measures.looks import Looks, learn_looks, near_window
+from tsvision.measures.shading import EdgeProfile, fit_shading
 from tsvision.records import Rig, Scale, Strings, View
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "measuring"
@@ -116,7 +116,8 @@ def edge() -> None:
     for lamp in angles:
         pair = (lambert(offsets, rho, float(lamp)), lambert(offsets, rho, float(-lamp)))
         half.append(float(np.interp(0.5 * pair[0].max(), pair[0], offsets)))
-        model.append(float(fit_shading(pair, offsets, rho)[2][0]))
+        seen = [EdgeProfile(offsets, p, np.full(p.size, 0.002)) for p in pair]
+        model.append(float(fit_shading((seen[0], seen[1]), rho)[2][0]))
     axes[1].plot(angles, half, label="half level")
     axes[1].plot(angles, model, label="shading model")
     axes[1].axhline(0.0, color="k", lw=0.6)

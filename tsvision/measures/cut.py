@@ -10,8 +10,16 @@ from scipy.ndimage import gaussian_filter1d
 from tsvision.images.linear import project, to_linear
 from tsvision.images.sight import Sight, mask_level, raw_contrast
 from tsvision.images.strip import Axis, cut_strip
-from tsvision.measures.edges import Shading, fit_shading, match_edges, sample_profiles
+from tsvision.measures.edges import match_edges
 from tsvision.measures.helix import Edges
+from tsvision.measures.shading import (
+    EdgeProfile,
+    Shading,
+    edge_samples,
+    fit_shading,
+    inside_px,
+    mean_profile,
+)
 from tsvision.measures.strands import Silhouette, outline
 
 
@@ -119,41 +127,52 @@ def edge_profiles(
     cuts: list[Cut],
     rho_px: float,
     known: list[tuple[np.ndarray, np.ndarray]] | None = None,
-) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]] | None:
-    """Mean edge profile of each side over all cuts, on offsets from the edges as known so far.
+) -> tuple[EdgeProfile, EdgeProfile] | None:
+    """Mean edge profile of the upper and lower side over all cuts; None when too little is seen.
 
     known: rows of the upper and lower edge (M,) for each cut, NaN where unknown; the rough edges
     without it. Only edges that run nearly along the axis count: others are smeared across columns.
-    Each profile is scaled by its own depth before the median is taken.
     """
-    offsets = np.arange(-5.0, max(0.85 * rho_px, 2.5) + 1e-9, 0.25)
-    profiles: list[list[np.ndarray]] = [[], []]
-    for i, cut in enumerate(cuts):
-        for side, outward in ((0, 1), (1, -1)):
+    profiles = []
+    for side, outward in ((0, 1), (1, -1)):
+        samples = []
+        for i, cut in enumerate(cuts):
             edge = _rough(cut)[side] if known is None else known[i][side]
-            flat = np.isfinite(edge) & (np.abs(_slope(edge)) < 0.25) & ~cut.silhouette.cut
+            slope = _slope(edge)
+            flat = np.isfinite(edge) & (np.abs(slope) < 0.25) & ~cut.silhouette.cut
             if flat.sum() < 10:
                 continue
-            sampled = sample_profiles(cut.contrast[:, flat], edge[flat], outward, offsets)
-            sampled = sampled[~np.isnan(sampled).any(1)]
-            ground = sampled[:, offsets < -3.5].mean(1, keepdims=True)
-            depth = sampled[:, offsets > 0.4 * offsets[-1]].mean(1, keepdims=True) - ground
-            typical = float(np.median(depth))
-            good = (depth > 0.4 * typical)[:, 0]
-            profiles[side].append(((sampled - ground) / depth * typical)[good])
-    if not all(profiles) or min(sum(map(len, p)) for p in profiles) < 15:
-        return None
-    means = [np.median(np.concatenate(p), axis=0) for p in profiles]
-    return offsets, (means[0], means[1])
+            samples.append(
+                edge_samples(
+                    cut.contrast[:, flat], edge[flat], slope[flat], outward, inside_px(rho_px)
+                )
+            )
+        if not samples:
+            return None
+        profile = mean_profile(*(np.concatenate(v) for v in zip(*samples, strict=True)))
+        if profile is None:
+            return None
+        profiles.append(profile)
+    return profiles[0], profiles[1]
 
 
 def learn_shading(cuts: list[Cut], rho_px: float, sense: int) -> tuple[Shading, Shading] | None:
     """Upper and lower side's shading over some frames; None when too little edge is seen."""
-    mean = edge_profiles(cuts, rho_px)
-    if mean is None:
+    profiles = edge_profiles(cuts, rho_px)
+    if profiles is None:
         return None
-    upper, lower, _ = fit_shading(mean[1], mean[0], rho_px, sense)
+    upper, lower, _ = fit_shading(profiles, rho_px, sense, brightness=brightness_of(cuts))
     return upper, lower
+
+
+def brightness_of(cuts: list[Cut]) -> float:
+    """The core's light over its contrast with the ground."""
+    found = []
+    for cut in cuts:
+        core = cut.light[abs(np.arange(-cut.half_px, cut.half_px + 1)) <= 1]
+        level = float(np.nanpercentile(np.median(core, axis=0), 80.0))
+        found.append(level / max(abs(cut.core_level), 1e-6))
+    return float(np.median(found))
 
 
 def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:

@@ -1,128 +1,11 @@
-"""Sub-pixel edges of round, shaded, blurred strands in a straightened strip.
-
-A strand is a tube: towards its limb the surface turns away, so that its brightness falls before
-the edge is reached and every half-level edge lies inside the true one, by 0.5 to 2 px where the
-light comes from one side. What is seen near the limb of a tube of radius rho, t px inside its
-edge, is to first order
-
-    I(t) = ground + [a + b sqrt(1 - x^2) + c x] for t > 0,  x = 1 - t / rho,
-
-blurred by the camera: `a` light from everywhere, `b` light from the camera's side, `c` light from
-across (negative on the shadow side). The average of many edges, aligned on themselves, is almost
-free of noise; a, b, c, the ground, the blur and the true edge's place are fitted to it once per
-side (`fit_shading`), and the blurred model is then matched to every column (`match_edges`).
-"""
+"""Sub-pixel edges: a learnt edge profile matched to every column of a straightened strip."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numba
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
-from scipy.optimize import least_squares, lsq_linear
 
-TEMPLATE_STEP_PX = 0.05
-# Ramp and place of an edge trade against each other: a pull to a plain step that is too strong puts
-# shaded edges up to 0.6 px too far inside, none at all 0.2 px too far outside.
-RAMP_PULL = 0.005
-_T = np.arange(-14.0, 30.0, TEMPLATE_STEP_PX)
-
-
-@dataclass(frozen=True)
-class Shading:
-    """How the edge of one side looks: blur sd px, strand radius px, light a, b, c (units of the
-    bundle's core contrast) and residual of the fit."""
-
-    blur_px: float
-    rho_px: float
-    light: tuple[float, float, float]
-    residual: float = 0.0
-    template: np.ndarray = field(default_factory=lambda: np.empty(0))
-
-
-def shading_basis(rho_px: float, blur_px: float) -> np.ndarray:
-    """Blurred step, limb darkening and cross light, (3, T) on the template's grid."""
-    # The sample on the edge itself counts half, else every edge lies half a step off.
-    inside = np.clip(0.5 + _T / TEMPLATE_STEP_PX, 0.0, 1.0)
-    x = np.clip(1.0 - _T / rho_px, -1.0, 1.0)
-    shapes = (np.ones_like(_T), np.sqrt(1.0 - x * x), x)
-    sd = max(blur_px, 0.2) / TEMPLATE_STEP_PX
-    return np.stack([gaussian_filter1d(inside * f, sd, mode="nearest") for f in shapes])
-
-
-def make_shading(
-    rho_px: float, blur_px: float, light: tuple[float, float, float], residual: float = 0.0
-) -> Shading:
-    """Shading with its template, scaled so that the full depth is about one."""
-    template = np.asarray(light) @ shading_basis(rho_px, blur_px)
-    return Shading(blur_px, rho_px, light, residual, template)
-
-
-def sample_profiles(
-    values: np.ndarray, edge_row: np.ndarray, outward: int, offsets_px: np.ndarray
-) -> np.ndarray:
-    """values (R, M) read at edge_row - outward * offsets (offset > 0 lies inside): (M, K)."""
-    rows = edge_row[:, None] - outward * offsets_px[None, :]
-    low = np.clip(np.floor(rows).astype(int), 0, values.shape[0] - 2)
-    part = rows - low
-    column = np.arange(values.shape[1])[:, None]
-    out = (1.0 - part) * values[low, column] + part * values[low + 1, column]
-    out[(rows < 0) | (rows > values.shape[0] - 1)] = np.nan
-    return out
-
-
-def fit_shading(
-    profiles: tuple[np.ndarray, np.ndarray],
-    offsets_px: np.ndarray,
-    rho_px: float,
-    sense: int = 1,
-    blur_start_px: float = 1.0,
-) -> tuple[Shading, Shading, np.ndarray]:
-    """Fit both sides' mean edge profiles with one blur.
-
-    profiles: upper and lower, each (K,) in units of the core's contrast, at `offsets_px` from the
-    edges as known so far, > 0 inside. sense: +1 strings brighter than the ground, -1 darker.
-    Returns upper and lower shading and (2,) the true edges' places on the offsets' axis
-    (negative: the true edge lies outside the one assumed).
-
-    Light is never negative: seen as contrast, limb darkening b has the sign of `sense`, and cross
-    light c cannot take away more than is there.
-    """
-    spans = [max(float(np.ptp(p)), 1e-6) for p in profiles]
-    low_b, high_b = (0.0, 1.5) if sense > 0 else (-1.5, 0.0)
-    bounds = ([0.05, low_b, -0.8, -0.5], [1.6, high_b, 0.8, 0.5])
-    pull = RAMP_PULL * np.sqrt(len(offsets_px))
-    ridge = np.diag([0.0, pull, pull, 0.0])
-
-    def solve(q: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
-        basis = shading_basis(rho_px, q[0])
-        found, residuals = [], []
-        for side, profile in enumerate(profiles):
-            design = np.array([np.interp(offsets_px - q[1 + side], _T, b) for b in basis])
-            design = np.vstack([design, np.ones_like(offsets_px)]).T
-            full = np.vstack([design, ridge])
-            target = np.concatenate([profile / spans[side], np.zeros(4)])
-            light = lsq_linear(full, target, bounds=bounds).x
-            found.append(light)
-            residuals.append(full @ light - target)
-        return found, np.concatenate(residuals)
-
-    fit = least_squares(
-        lambda q: solve(q)[1],
-        np.array([blur_start_px, 0.0, 0.0]),
-        bounds=([0.35, -2.5, -2.5], [6.0, 2.5, 2.5]),
-        diff_step=1e-3,
-        x_scale=[0.2, 0.2, 0.2],
-        max_nfev=40,
-    )
-    lights, residuals = solve(fit.x)
-    rms = float(np.sqrt(np.mean(residuals**2)))
-    sides = [
-        make_shading(rho_px, float(fit.x[0]), (float(v[0]), float(v[1]), float(v[2])), rms)
-        for v in lights
-    ]
-    return sides[0], sides[1], fit.x[1:]
+from tsvision.measures.shading import TEMPLATE_START_PX, TEMPLATE_STEP_PX, Shading
 
 
 @numba.njit(cache=True, fastmath=True)
@@ -257,7 +140,7 @@ def match_edges(
         outward,
         cosine,
         shading.template,
-        float(_T[0]),
+        TEMPLATE_START_PX,
         TEMPLATE_STEP_PX,
         outside,
         inside,

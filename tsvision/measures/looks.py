@@ -9,16 +9,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tsvision.images.linear import LUMA_BGR
 from tsvision.images.sight import Sight, find_sight
 from tsvision.measures.bundle import BundleFit, fit_window
-from tsvision.measures.cut import Cut, cut_frame, edge_profiles, find_edges, learn_shading
-from tsvision.measures.edges import Shading, fit_shading, make_shading
+from tsvision.measures.cut import (
+    Cut,
+    brightness_of,
+    cut_frame,
+    edge_profiles,
+    find_edges,
+    learn_shading,
+)
 from tsvision.measures.ends import Ends, find_ends
 from tsvision.measures.helix import Section, model_edges
 from tsvision.measures.section import pair_core
+from tsvision.measures.shading import Shading, fit_shading, plain_shading
 from tsvision.records import Rig, Scale
 
 SAMPLED_FRAMES = 8
+COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
 
 
 @dataclass(frozen=True)
@@ -77,6 +86,8 @@ def learn_looks(
     diameter = sight.width_px
     for _ in range(2):
         shading, diameter = _settle(cuts, section, shading, diameter, sight.sense)
+    if not np.array_equal(sight.weights, LUMA_BGR) or sight.by_distance:
+        shading = (_in_colour(shading[0]), _in_colour(shading[1]))
     zero, known = _separator_face(ends, rig, scale, cuts, sight.width_px)
     if view.axis_px:
         face = np.subtract(view.axis_px[0], sight.axis.at(np.array(0.0)))
@@ -99,8 +110,12 @@ def learn_looks(
     )
 
 
+def _in_colour(shade: Shading) -> Shading:
+    return replace(shade, place_sd_px=float(np.hypot(shade.place_sd_px, COLOUR_PLACE_SD_PX)))
+
+
 def _plain(rho_px: float) -> tuple[Shading, Shading]:
-    shade = make_shading(rho_px, 1.0, (0.8, 0.2, 0.0))
+    shade = plain_shading(rho_px)
     return shade, shade
 
 
@@ -146,14 +161,23 @@ def _settle(
             before = fit
     if not fits:
         return shading, diameter
+    fits = _best(fits)
     diameter = float(np.median([f.fit.diameter_px for _, f in fits]))
     rho = 0.5 * diameter / section.diameter_d
     known = [_model_rows(cut, fit) for cut, fit in fits]
     mean = edge_profiles([cut for cut, _ in fits], rho, known)
     if mean is None:
         return shading, diameter
-    upper, lower, _ = fit_shading(mean[1], mean[0], rho, sense, shading[0].blur_px)
+    bright = brightness_of([cut for cut, _ in fits])
+    upper, lower, _ = fit_shading(mean, rho, sense, shading[0].blur_px, bright)
     return (upper, lower), diameter
+
+
+def _best(fits: list[tuple[Cut, BundleFit]]) -> list[tuple[Cut, BundleFit]]:
+    """Those that fit nearly as well as the best: a mean edge aligned on poor fits is smeared, looks
+    blurred, and its ramp is taken for shading."""
+    limit = 1.25 * min(f.fit.rms_px for _, f in fits)
+    return [(cut, f) for cut, f in fits if f.fit.rms_px <= limit]
 
 
 def _model_rows(cut: Cut, found: BundleFit) -> tuple[np.ndarray, np.ndarray]:

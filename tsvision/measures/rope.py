@@ -19,7 +19,7 @@ from tsvision.images.curve import KNOT_WIDTHS, Curve, cord_contrast, core_mask, 
 from tsvision.images.linear import LUMA_BGR, project, to_linear
 from tsvision.images.sight import Sight
 from tsvision.images.strip import cut_strip
-from tsvision.measures.edges import fit_shading, sample_profiles
+from tsvision.measures.shading import edge_samples, fit_shading, mean_profile
 from tsvision.measures.stripes import Stripes, coarse_slope, find_stripes
 
 PERCENTILE = 94.0
@@ -153,15 +153,15 @@ def _limb(
     clear = weight > 0.6
     if clear.sum() < 20:
         return 0.0, 0.0
-    offsets = np.arange(-max(0.06 * width, 4.0), 0.2 * width, 0.25)
     sides = []
     for edge, outward in ((upper, 1), (lower, -1)):
-        sampled = sample_profiles(contrast[:, clear], edge[clear] + half, outward, offsets)
-        sampled = sampled[~np.isnan(sampled).any(axis=1)]
-        if len(sampled) < 20:
+        rows, level = edge[clear] + half, np.zeros(int(clear.sum()))
+        samples = edge_samples(contrast[:, clear], rows, level, outward, 0.2 * width)
+        profile = mean_profile(*samples)
+        if profile is None:
             return 0.0, 0.0
-        sides.append(np.median(sampled, axis=0))
-    *_, place = fit_shading((sides[0], sides[1]), offsets, 0.24 * width)
+        sides.append(profile)
+    *_, place = fit_shading((sides[0], sides[1]), 0.24 * width)
     out = np.clip(-place, 0.0, LIMB * width)
     return float(out[0]), float(out[1])
 
