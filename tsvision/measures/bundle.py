@@ -6,62 +6,34 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tsvision.measures.helix import (
-    COILED,
-    KC,
-    PHI,
-    PHIC,
-    STRAIGHT,
-    Edges,
-    HelixFit,
-    K,
-    Section,
-    fit_helix,
+from tsvision.measures.helix import KC, Edges, HelixFit, K, Section
+from tsvision.measures.search import (
+    Band,
+    coil_at,
+    coils_of,
+    full_band,
+    search_coiled,
+    search_straight,
 )
-from tsvision.measures.search import best_fit, coiled_starts, straight_starts
 
 
 @dataclass(frozen=True)
 class BundleFit:
-    """A fit and the stretch of s that it describes; `edge_px` is the edge offset assumed."""
+    """A fit, the stretch of s that it describes, and the rate (rad/px) that the motor's turns led
+    one to expect there, NaN when unknown."""
 
     fit: HelixFit
     s_low_px: float
     s_high_px: float
+    expected_rate: float = float("nan")
 
     @property
     def middle_px(self) -> float:
         return 0.5 * (self.s_low_px + self.s_high_px)
 
 
-def shift_edges(edges: Edges, offset_px: float) -> Edges:
-    """Edges moved inwards by `offset_px` on both sides (the measured ones lie that far outside)."""
-    return Edges(
-        edges.s_px,
-        edges.upper_px - offset_px,
-        edges.lower_px + offset_px,
-        edges.upper_weight,
-        edges.lower_weight,
-    )
-
-
 def usable(edges: Edges) -> bool:
     return bool((edges.upper_weight > 0.2).sum() > 20 and (edges.lower_weight > 0.2).sum() > 20)
-
-
-def carried(start: HelixFit, s_middle_old: float, s_middle_new: float) -> list[np.ndarray]:
-    """A fit as start for another window: phases moved along; a few turned phases beside it, since
-    the strands have moved on between two frames."""
-    shift = s_middle_new - s_middle_old
-    starts = []
-    fold = 1 if len(start.section.radius_d) % 2 else 2
-    for turn in range(3):
-        for coil_turn in range(3) if start.coiled else range(1):
-            p = start.p.copy()
-            p[PHI] += p[K] * shift + turn * 2 * np.pi / fold / 3
-            p[PHIC] += p[KC] * shift + coil_turn * 2 * np.pi / 3
-            starts.append(p)
-    return starts
 
 
 def fit_window(
@@ -84,40 +56,44 @@ def fit_window(
     part = edges.window(s_low, s_high)
     if len(part.s_px) < 24 or not usable(part):
         return None
-    middle = 0.5 * (part.s_px[0] + part.s_px[-1])
-    warm = None
+    best = None
     if before is not None and (coil or not before.fit.coiled):
-        starts = carried(before.fit, before.middle_px, middle)
-        warm = best_fit(part, section, starts, before.fit.coiled, scale_px, keep=1)
-    best = warm
+        best = _carried_on(part, section, before, expected_rate, scale_px)
     swings = coil and swing_px(part) > 0.03 * diameter_px
-    holds = _holds(warm, before) and not (swings and warm is not None and not warm.coiled)
+    holds = _holds(best, before) and not (swings and best is not None and not best.coiled)
     if not holds:
-        starts = straight_starts(part, section, diameter_px, expected_rate)
-        straight = best_fit(part, section, starts, False, scale_px)
-        best = _choose(best, straight)
+        band = full_band(part, diameter_px, expected_rate)
+        best = _choose(best, search_straight(part, section, diameter_px, band, scale_px))
         long_enough = s_high - s_low > 3.0 * diameter_px
         if coil and long_enough and (swings or best is None or best.cost > 0.2):
-            starts = coiled_starts(part, section, straight, diameter_px, expected_rate)
-            best = _choose(best, best_fit(part, section, starts, True, scale_px))
+            coils = coils_of(part, diameter_px)
+            bands = [full_band(part, diameter_px, expected_rate, c) for c in coils]
+            best = _choose(best, search_coiled(part, section, diameter_px, bands, coils, scale_px))
     if best is None:
         return None
-    return BundleFit(best, float(part.s_px[0]), float(part.s_px[-1]))
+    return BundleFit(best, float(part.s_px[0]), float(part.s_px[-1]), expected_rate)
+
+
+def _carried_on(
+    part: Edges, section: Section, before: BundleFit, expected_rate: float, scale_px: float
+) -> HelixFit | None:
+    """The fit of a neighbouring frame or window carried over: about its rate, or as much more as
+    the motor has turned since, at any phase, for the strands have moved on."""
+    fit = before.fit
+    diameter = fit.diameter_px
+    rate = float(fit.p[K])
+    grown = expected_rate / before.expected_rate
+    moved = rate * float(np.clip(grown, 0.7, 1.4)) if np.isfinite(grown) else rate
+    band = Band(0.96 * min(rate, moved), 1.04 * max(rate, moved))
+    if not fit.coiled:
+        return search_straight(part, section, diameter, band, scale_px)
+    coil, _ = coil_at(part, float(fit.p[KC]))
+    return search_coiled(part, section, diameter, [band], [coil], scale_px)
 
 
 def _holds(warm: HelixFit | None, before: BundleFit | None) -> bool:
     """Whether a fit carried over from the frame before is as good as that one was."""
     return warm is not None and before is not None and warm.cost < 1.2 * before.fit.cost + 0.02
-
-
-def refit(edges: Edges, found: BundleFit, edge_prior_sd: float, scale_px: float = 0.5) -> BundleFit:
-    """The same window again with the edge offset free within a prior of `edge_prior_sd` px."""
-    part = edges.window(found.s_low_px, found.s_high_px)
-    free = COILED if found.fit.coiled else STRAIGHT
-    sd = np.full(9, np.inf)
-    sd[8] = edge_prior_sd
-    fit = fit_helix(part, found.fit.section, found.fit.p, free, scale_px, prior_sd=sd)
-    return BundleFit(fit, found.s_low_px, found.s_high_px)
 
 
 def swing_px(edges: Edges) -> float:

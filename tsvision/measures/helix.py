@@ -368,6 +368,41 @@ class Edges:
         )
 
 
+def descend(
+    edges: Edges,
+    section: Section,
+    start: np.ndarray,
+    free: tuple[int, ...],
+    scale_px: float,
+    iterations: int,
+) -> tuple[np.ndarray, float]:
+    """A few steps of the fit from `start` (9,): parameters and mean robust cost, nothing else."""
+    unknown = np.zeros(PARAMETERS)
+    p, cost, total = _minimise(
+        np.asarray(start, dtype=float),
+        np.array(free, dtype=np.int64),
+        unknown,
+        unknown,
+        section.radius_d,
+        section.angle_rad,
+        0.5 * float(edges.s_px[0] - edges.s_px[-1]),
+        edges.upper_px,
+        edges.lower_px,
+        edges.upper_weight,
+        edges.lower_weight,
+        scale_px,
+        _step(start),
+        iterations,
+        np.zeros((PARAMETERS, PARAMETERS)),
+    )
+    return p, float(cost) / max(float(total), 1e-9)
+
+
+def _step(p: np.ndarray) -> float:
+    """Sampling along a strand, px."""
+    return max(0.35, min(1.0, 0.12 * float(p[RHO])))
+
+
 def fit_helix(
     edges: Edges,
     section: Section,
@@ -390,7 +425,7 @@ def fit_helix(
     sd = np.full(PARAMETERS, np.inf) if prior_sd is None else prior_sd
     # In the cost residuals count in units of scale_px; the prior against residuals of noise_px.
     weight = (noise_px / scale_px) ** 2 / sd**2
-    step = max(0.35, min(1.0, 0.12 * float(start[RHO])))
+    step = _step(start)
     normal = np.zeros((PARAMETERS, PARAMETERS))
     free_ids = np.array(free, dtype=np.int64)
     p, cost, total = _minimise(

@@ -1,13 +1,16 @@
-"""Where a helix fit may start: rates of strands and coiling read from the two edges.
+"""Where a helix fit may start: a scan of strand rate and phase, and the centre line's coiling.
 
 The fit itself converges only from within a fraction of a lobe, and a start on a wrong harmonic is
-the commonest gross error. So several starts compete and the best fit wins: peaks of the width's
-spectrum under every harmonic that the section can show, what the motor's turns lead one to expect,
-and the frame before.
+the commonest gross error. The silhouette itself, not a spectrum of it, is therefore compared with
+the edges over all rates and phases that a bundle of this width can have; the lowest valleys are
+fitted, and the best fit wins. Wide bundles are searched at reduced size first.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+import numba
 import numpy as np
 
 from tsvision.measures.helix import (
@@ -24,11 +27,111 @@ from tsvision.measures.helix import (
     HelixFit,
     K,
     Section,
+    descend,
     fit_helix,
+    silhouette,
 )
 
 _FREE_STRAIGHT = tuple(i for i in STRAIGHT if i < 8)
 _FREE_COILED = tuple(i for i in COILED if i < 8)
+SEARCH_DIAMETER_PX = 20.0  # wider bundles are searched at reduced size, then fitted in full
+SHORTEST_PITCH = 0.9  # in diameters, k alone
+PHASES = 5  # tried over one repeat of the section
+VALLEYS = 5  # of the scan, fitted for a few steps
+WIDTH_IN_DOUBT = 0.08
+COILS = 2  # peaks of the centre line's spectrum tried as coiling rates
+
+
+@dataclass(frozen=True)
+class Band:
+    """Strand rates to scan, rad/px, and rates beyond the grid that are tried too."""
+
+    low: float
+    high: float
+    extra: tuple[float, ...] = ()
+
+
+def full_band(
+    edges: Edges, diameter_px: float, expected_rate: float, coil: np.ndarray | None = None
+) -> Band:
+    """Every strand rate that a bundle of this width can show within the window. Along a coiled
+    centre line it is longer than the axis, and so are the rates per px of that."""
+    span = max(float(edges.s_px[-1] - edges.s_px[0]), 1.0)
+    stretch = 1.0 if coil is None else float(np.hypot(1.0, coil[RC] * coil[KC]))
+    low = (0.35 if coil is None else 0.15) * 2.0 * np.pi / span
+    high = stretch * 2.0 * np.pi / max(SHORTEST_PITCH * diameter_px, 4.0)
+    rate = expected_rate - (0.0 if coil is None else float(coil[KC]))
+    extra = (rate,) if np.isfinite(rate) and low * 0.3 < rate < high else ()
+    return Band(low, max(high, 2.0 * low), extra)
+
+
+def search_straight(
+    edges: Edges,
+    section: Section,
+    diameter_px: float,
+    band: Band,
+    scale_px: float,
+) -> HelixFit | None:
+    """The best straight helix with a rate within `band`."""
+    bases = _bases(edges, section, diameter_px)
+    return _search(edges, section, bases, [band] * len(bases), False, scale_px)
+
+
+def search_coiled(
+    edges: Edges,
+    section: Section,
+    diameter_px: float,
+    bands: list[Band],
+    coils: list[np.ndarray],
+    scale_px: float,
+) -> HelixFit | None:
+    """The best coiled helix; `coils` (9,) each hold RC, KC, PHIC, `bands` the rates to each."""
+    bases = []
+    for coil in coils:
+        base = _bases(edges, section, diameter_px)[0]
+        base[[RC, KC, PHIC]] = coil[[RC, KC, PHIC]]
+        bases.append(base)
+    return _search(edges, section, bases, bands, True, scale_px)
+
+
+def coils_of(edges: Edges, diameter_px: float) -> list[np.ndarray]:
+    """Radius, rate and phase of coiling that the centre line's spectrum shows, (9,) each."""
+    centre, w = _centre(edges)
+    span = float(edges.s_px[-1] - edges.s_px[0])
+    band = (2 * np.pi / max(span, 1.0), 2 * np.pi / max(0.9 * diameter_px, 4.0))
+    rates = [r for r, _, _ in spectrum_peaks(edges.s_px, centre, w, band, COILS)]
+    # A spectrum's peak is a sixth of a turn off at the window's ends, and where edges are missing
+    # its height is not the amplitude: the line itself is fitted about it.
+    near = np.linspace(-0.5, 0.5, 7) * np.pi / max(span, 1.0)
+    known = w > 0.3
+    reach = np.percentile(edges.upper_px[known], 97.0) - np.percentile(edges.lower_px[known], 3.0)
+    found = []
+    for rate in rates:
+        p = max((coil_at(edges, rate + d) for d in near), key=lambda c: c[1])[0]
+        p[RC] = max(p[RC], 0.02 * diameter_px)
+        found.append(p)
+        # Where the line runs steeply edges are lost, and the fitted swing is too small: the
+        # envelope, D + 2 R, tells it better then.
+        wide = 0.5 * (float(reach) - diameter_px)
+        if rate == rates[0] and wide > 1.25 * p[RC]:
+            found.append(p.copy())
+            found[-1][RC] = wide
+    return found
+
+
+def coil_at(edges: Edges, rate: float) -> tuple[np.ndarray, float]:
+    """Radius and phase with which the centre line coils at a known rate, as (9,), and how much of
+    the line's variance about a straight one that explains."""
+    centre, w = _centre(edges)
+    z = edges.s_px - 0.5 * (edges.s_px[0] + edges.s_px[-1])
+    design = np.stack([np.ones_like(z), z, np.cos(rate * z), np.sin(rate * z)], 1) * w[:, None]
+    straight = np.linalg.lstsq(design[:, :2], centre * w, rcond=None)[0]
+    c = np.linalg.lstsq(design, centre * w, rcond=None)[0]
+    before = float(np.sum((centre * w - design[:, :2] @ straight) ** 2))
+    after = float(np.sum((centre * w - design @ c) ** 2))
+    p = np.zeros(9)
+    p[RC], p[KC], p[PHIC] = np.hypot(c[2], c[3]), rate, np.arctan2(-c[3], c[2])
+    return p, 1.0 - after / max(before, 1e-12)
 
 
 def spectrum_peaks(
@@ -60,50 +163,142 @@ def spectrum_peaks(
     return [(float(rates[i]), float(power[i]), float(np.angle(amplitude[i]))) for i in peaks[:most]]
 
 
-def _weighted_line(s: np.ndarray, y: np.ndarray, w: np.ndarray) -> tuple[float, float]:
-    z = s - 0.5 * (s[0] + s[-1])
-    design = np.stack([np.ones_like(z), z], 1) * w[:, None]
-    c, *_ = np.linalg.lstsq(design, y * w, rcond=None)
-    return float(c[0]), float(c[1])
-
-
-def straight_starts(
-    edges: Edges, section: Section, diameter_px: float, expected_rate: float
-) -> list[np.ndarray]:
-    """Starts (9,) for a straight bundle of about `diameter_px`; expected_rate rad/px or NaN."""
+def _centre(edges: Edges) -> tuple[np.ndarray, np.ndarray]:
     w = np.minimum(edges.upper_weight, edges.lower_weight)
-    width = edges.upper_px - edges.lower_px
-    centre = 0.5 * (edges.upper_px + edges.lower_px)
-    y0, slope = _weighted_line(edges.s_px, centre, w)
-    span = float(edges.s_px[-1] - edges.s_px[0])
-    band = (2 * np.pi / max(span, 1.0), 2 * np.pi / max(0.55 * diameter_px, 4.0))
-    rates: list[float] = []
-    for rate, _, _ in spectrum_peaks(edges.s_px, width, w, band, 3):
-        rates += [rate / 2.0, rate / 4.0] if len(section.radius_d) == 8 else [rate / 2.0]
-    if len(section.radius_d) in (3, 5, 7):
-        rates += [r * 2.0 for r in rates[:1]] + [r * 2.0 / 3.0 for r in rates[:1]]
-    if np.isfinite(expected_rate) and expected_rate > 0:
-        rates += [expected_rate]
-    starts = []
+    return 0.5 * (edges.upper_px + edges.lower_px), w
+
+
+def _bases(edges: Edges, section: Section, diameter_px: float) -> list[np.ndarray]:
+    """Parameters without rate and phase: the axis as the middles lie, the width as known, and as
+    the edges show it where that is something else."""
+    centre, w = _centre(edges)
+    z = edges.s_px - 0.5 * (edges.s_px[0] + edges.s_px[-1])
+    design = np.stack([np.ones_like(z), z], 1) * w[:, None]
+    c, *_ = np.linalg.lstsq(design, centre * w, rcond=None)
+    clear = w > 0.3
+    widths = [diameter_px]
+    if clear.any():
+        seen = float(np.percentile((edges.upper_px - edges.lower_px)[clear], 95.0))
+        if abs(seen / diameter_px - 1.0) > WIDTH_IN_DOUBT:
+            widths.append(seen)
+    bases = []
+    for width in widths:
+        p = np.zeros(9)
+        p[RHO], p[Y0], p[SLOPE] = 0.5 * width / section.diameter_d, c[0], c[1]
+        bases.append(p)
+    return bases
+
+
+def _search(
+    edges: Edges,
+    section: Section,
+    bases: list[np.ndarray],
+    bands: list[Band],
+    coiled: bool,
+    scale_px: float,
+) -> HelixFit | None:
+    if not bases:
+        return None
+    free = _FREE_COILED if coiled else _FREE_STRAIGHT
+    factor = max(1.0, 2.0 * bases[0][RHO] * section.diameter_d / SEARCH_DIAMETER_PX)
+    coarse = _shrunk(edges, factor) if factor > 1.0 else edges
+    shift = 0.5 * (coarse.s_px[0] + coarse.s_px[-1]) * factor - 0.5 * (
+        edges.s_px[0] + edges.s_px[-1]
+    )
+    starts: list[tuple[float, np.ndarray]] = []
+    for base, band in zip(bases, bands, strict=True):
+        starts += _valleys(coarse, section, _rescaled(base, factor, shift), band, factor)
+    starts.sort(key=lambda start: start[0])
+    coarse_scale = 2.0 * scale_px / factor
+    tried = [
+        descend(coarse, section, p, free, coarse_scale, iterations=5) for _, p in starts[:VALLEYS]
+    ]
+    tried.sort(key=lambda found: found[1])
+    # Two valleys that are nearly as deep at reduced size may change places at full size.
+    best = [p for p, cost in tried if cost < 1.3 * tried[0][1] + 0.01][:2]
+    fits = [
+        fit_helix(edges, section, _rescaled(p, 1.0 / factor, -shift / factor), free, scale_px)
+        for p in best
+    ]
+    return min(fits, key=lambda f: f.cost, default=None)
+
+
+def _valleys(
+    edges: Edges, section: Section, base: np.ndarray, band: Band, factor: float
+) -> list[tuple[float, np.ndarray]]:
+    """(cost, start) at the lowest places of the scan; `band` in rad per px of the full picture."""
+    half = 0.5 * float(edges.s_px[-1] - edges.s_px[0])
+    count = int(np.clip((band.high - band.low) * factor * half / 0.7, 3, 200)) + 1
+    rates = np.concatenate([np.linspace(band.low, band.high, count), np.array(band.extra)]) * factor
     fold = 1 if len(section.radius_d) % 2 else 2
-    for rate in _distinct_rates(rates, 0.25 * 2 * np.pi / max(span, 1.0)):
-        for phase in np.arange(4) * (2 * np.pi / fold / 4):
-            p = np.zeros(9)
-            p[RHO] = 0.5 * diameter_px / section.diameter_d
-            p[K], p[PHI], p[Y0], p[SLOPE] = rate, phase, y0, slope
-            starts.append(p)
+    phases = np.arange(PHASES) * (2.0 * np.pi / fold / PHASES)
+    costs = np.empty((rates.size, phases.size))
+    rho = float(base[RHO])
+    # The coil is known roughly only, and the grid is coarse: a deviation counts up to a fair part
+    # of a strand.
+    scan(
+        base,
+        rates,
+        phases,
+        section.radius_d,
+        section.angle_rad,
+        -half,
+        edges.upper_px,
+        edges.lower_px,
+        edges.upper_weight,
+        edges.lower_weight,
+        0.25 * rho,
+        max(0.35, min(1.0, 0.2 * rho)),
+        costs,
+    )
+    lowest = costs.min(axis=1)
+    order = np.argsort(lowest[:count])
+    taken: list[int] = []
+    for i in order:
+        if all(abs(i - j) > 1 for j in taken):
+            taken.append(int(i))
+    starts = []
+    for i in [*taken[:VALLEYS], *range(count, rates.size)]:
+        p = base.copy()
+        p[K], p[PHI] = rates[i], phases[int(np.argmin(costs[i]))]
+        starts.append((float(lowest[i]), p))
     return starts
 
 
-def _distinct_rates(rates: list[float], apart: float) -> list[float]:
-    taken: list[float] = []
-    for rate in rates:
-        if rate > 0 and all(abs(rate - t) > apart for t in taken):
-            taken.append(rate)
-    return taken
-
-
-SEARCH_DIAMETER_PX = 20.0  # wider bundles are searched on a coarser grid, then fitted in full
+@numba.njit(cache=True, fastmath=True)
+def scan(
+    base,
+    rates,
+    phases,
+    site_radius,
+    site_angle,
+    z0,
+    up_obs,
+    low_obs,
+    up_w,
+    low_w,
+    scale,
+    step,
+    costs,
+):  # pragma: no cover - compiled
+    """Mean robust deviation of the silhouette from both edges for every rate and phase."""
+    count = up_obs.size
+    upper, lower = np.empty(count), np.empty(count)
+    at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
+    p = base.copy()
+    total = max(up_w.sum() + low_w.sum(), 1e-9)
+    for i in range(rates.size):
+        p[1] = rates[i]
+        for j in range(phases.size):
+            p[2] = phases[j]
+            silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_u, at_l, step)
+            cost = 0.0
+            for c in range(count):
+                t = ((up_obs[c] - upper[c]) / scale) ** 2
+                cost += up_w[c] * t / (1.0 + t)
+                t = ((low_obs[c] - lower[c]) / scale) ** 2
+                cost += low_w[c] * t / (1.0 + t)
+            costs[i, j] = cost / total
 
 
 def _shrunk(edges: Edges, factor: float) -> Edges:
@@ -131,86 +326,3 @@ def _rescaled(p: np.ndarray, factor: float, shift: float = 0.0) -> np.ndarray:
     for i in (K, KC):
         q[i] *= factor
     return q
-
-
-def best_fit(
-    edges: Edges,
-    section: Section,
-    starts: list[np.ndarray],
-    coiled: bool,
-    scale_px: float,
-    keep: int = 3,
-) -> HelixFit | None:
-    """Run all starts for a few steps, the best `keep` to the end; None without any start."""
-    free = _FREE_COILED if coiled else _FREE_STRAIGHT
-    if not starts:
-        return None
-    width = 2.0 * starts[0][RHO] * section.diameter_d
-    factor = max(1.0, width / SEARCH_DIAMETER_PX)
-    coarse = _shrunk(edges, factor) if factor > 1.0 else edges
-    shift = 0.5 * (coarse.s_px[0] + coarse.s_px[-1]) * factor - 0.5 * (
-        edges.s_px[0] + edges.s_px[-1]
-    )
-    tried = [
-        fit_helix(
-            coarse,
-            section,
-            _rescaled(p, factor, shift),
-            free,
-            2.0 * scale_px / factor,
-            iterations=4,
-        )
-        for p in starts
-    ]
-    tried.sort(key=lambda f: f.cost)
-    final = [
-        fit_helix(
-            edges,
-            section,
-            _rescaled(f.p, 1.0 / factor, -shift / factor),
-            free,
-            scale_px,
-            iterations=25,
-        )
-        for f in tried[:keep]
-    ]
-    return min(final, key=lambda f: f.cost)
-
-
-def coiled_starts(
-    edges: Edges,
-    section: Section,
-    straight: HelixFit | None,
-    diameter_px: float,
-    expected_rate: float,
-) -> list[np.ndarray]:
-    """Starts (9,) for a coiled bundle: the coil from the centre line's spectrum, the strands from
-    the width's, from the straight fit and from the turns to be expected."""
-    w = np.minimum(edges.upper_weight, edges.lower_weight)
-    centre = 0.5 * (edges.upper_px + edges.lower_px)
-    width = edges.upper_px - edges.lower_px
-    y0, slope = _weighted_line(edges.s_px, centre, w)
-    span = float(edges.s_px[-1] - edges.s_px[0])
-    low = 2 * np.pi / max(span, 1.0)
-    coil_band = (low, 2 * np.pi / max(0.9 * diameter_px, 4.0))
-    strand_band = (low, 2 * np.pi / max(0.45 * diameter_px, 3.0))
-    rates = [r / 2.0 for r, _, _ in spectrum_peaks(edges.s_px, width, w, strand_band, 4)]
-    if straight is not None:
-        rates.insert(0, float(straight.p[K]))
-    if len(section.radius_d) == 8:
-        rates += [r / 2.0 for r in rates[:2]]
-    starts = []
-    for kc, radius, phase in spectrum_peaks(edges.s_px, centre, w, coil_band, 2):
-        options = list(rates)
-        if np.isfinite(expected_rate) and expected_rate > kc:
-            options += [expected_rate - kc]
-        # Sidebands: what looks like the strand rate is often the sum of strands and coiling.
-        options += [r - kc for r in rates[:2] if r > 1.3 * kc]
-        for rate in _distinct_rates(options, 0.25 * low):
-            for turn in np.arange(4) * (np.pi / 4):
-                p = np.zeros(9)
-                p[RHO] = 0.5 * diameter_px / section.diameter_d
-                p[K], p[PHI], p[Y0], p[SLOPE] = rate, turn, y0, slope
-                p[RC], p[KC], p[PHIC] = max(radius, 0.02 * diameter_px), kc, phase
-                starts.append(p)
-    return starts
