@@ -11,10 +11,13 @@ from tsvision.measures.search import (
     Band,
     coil_at,
     coils_of,
+    doubt,
     full_band,
     search_coiled,
     search_straight,
 )
+
+COIL_PAYS = 0.85  # share of a straight fit's cost that a coiled one must stay below
 
 
 @dataclass(frozen=True)
@@ -63,12 +66,14 @@ def fit_window(
     holds = _holds(best, before) and not (swings and best is not None and not best.coiled)
     if not holds:
         band = full_band(part, diameter_px, expected_rate)
-        best = _choose(best, search_straight(part, section, diameter_px, band, scale_px))
+        straight = search_straight(part, section, diameter_px, band, scale_px)
+        best = _choose(best, straight, expected_rate)
         long_enough = s_high - s_low > 3.0 * diameter_px
         if coil and long_enough and (swings or best is None or best.cost > 0.2):
             coils = coils_of(part, diameter_px)
             bands = [full_band(part, diameter_px, expected_rate, c) for c in coils]
-            best = _choose(best, search_coiled(part, section, diameter_px, bands, coils, scale_px))
+            coiled = search_coiled(part, section, diameter_px, bands, coils, scale_px)
+            best = _choose(best, coiled, expected_rate)
     if best is None:
         return None
     return BundleFit(best, float(part.s_px[0]), float(part.s_px[-1]), expected_rate)
@@ -84,7 +89,8 @@ def _carried_on(
     rate = float(fit.p[K])
     grown = expected_rate / before.expected_rate
     moved = rate * float(np.clip(grown, 0.7, 1.4)) if np.isfinite(grown) else rate
-    band = Band(0.96 * min(rate, moved), 1.04 * max(rate, moved))
+    margin = 0.04 * abs(rate) + 0.2 / max(float(np.ptp(part.s_px)), 1.0)
+    band = Band(min(rate, moved) - margin, max(rate, moved) + margin, expected_rate)
     if not fit.coiled:
         return search_straight(part, section, diameter, band, scale_px)
     coil, _ = coil_at(part, float(fit.p[KC]))
@@ -107,17 +113,13 @@ def swing_px(edges: Edges) -> float:
     return float(np.std(centre - np.polyval(trend, edges.s_px[keep])))
 
 
-def _better(a: HelixFit | None, b: HelixFit | None) -> HelixFit | None:
+def _choose(a: HelixFit | None, b: HelixFit | None, expected_rate: float) -> HelixFit | None:
+    """The better of two fits. The coiled model has three parameters more: it must pay for them."""
     if a is None or b is None:
         return a if b is None else b
-    return a if a.cost <= b.cost else b
-
-
-def _choose(a: HelixFit | None, b: HelixFit | None) -> HelixFit | None:
-    """The coiled model has three parameters more: it must pay for them."""
-    if a is None or b is None:
-        return a if b is None else b
-    if a.coiled == b.coiled:
-        return _better(a, b)
-    straight, coiled = (b, a) if a.coiled else (a, b)
-    return coiled if coiled.cost < 0.85 * straight.cost else straight
+    cost_a, cost_b = (f.cost * doubt(f.p, expected_rate) for f in (a, b))
+    if a.coiled != b.coiled:
+        cost_a, cost_b = (
+            c * (1.0 if f.coiled else COIL_PAYS) for c, f in ((cost_a, a), (cost_b, b))
+        )
+    return a if cost_a <= cost_b else b

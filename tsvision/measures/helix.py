@@ -309,7 +309,9 @@ def _minimise(
             trial = p.copy()
             for a in range(m):
                 trial[free[a]] += delta[a]
-            ok = trial[0] > 0.3 and trial[5] >= 0.0 and trial[1] > 0.0
+            # About a coiled line, whose torsion twists it already, strands may turn backwards.
+            low = -0.9 * trial[6] / np.sqrt(1.0 + (trial[5] * trial[6]) ** 2)
+            ok = trial[0] > 0.3 and trial[5] >= 0.0 and trial[1] > (low if trial[5] > 0.0 else 0.0)
             if ok:
                 new_normal, new_right = np.empty((9, 9)), np.empty(9)
                 new_cost, new_total = _normal_equations(

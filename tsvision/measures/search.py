@@ -44,25 +44,38 @@ COILS = 2  # peaks of the centre line's spectrum tried as coiling rates
 
 @dataclass(frozen=True)
 class Band:
-    """Strand rates to scan, rad/px, and rates beyond the grid that are tried too."""
+    """Strand rates to scan, rad/px; `expected`: rate of strands and coiling together that the
+    motor's turns lead one to expect, NaN when unknown."""
 
     low: float
     high: float
-    extra: tuple[float, ...] = ()
+    expected: float = float("nan")
 
 
 def full_band(
     edges: Edges, diameter_px: float, expected_rate: float, coil: np.ndarray | None = None
 ) -> Band:
-    """Every strand rate that a bundle of this width can show within the window. Along a coiled
-    centre line it is longer than the axis, and so are the rates per px of that."""
+    """Every strand rate that a bundle of this width can show within the window.
+
+    Along a coiled centre line it is longer than the axis, and so are the rates per px of that; its
+    torsion twists the bundle already, so that the strands may even turn backwards about it.
+    """
     span = max(float(edges.s_px[-1] - edges.s_px[0]), 1.0)
     stretch = 1.0 if coil is None else float(np.hypot(1.0, coil[RC] * coil[KC]))
-    low = (0.35 if coil is None else 0.15) * 2.0 * np.pi / span
+    low = 0.35 * 2.0 * np.pi / span if coil is None else -0.8 * float(coil[KC]) / stretch
     high = stretch * 2.0 * np.pi / max(SHORTEST_PITCH * diameter_px, 4.0)
-    rate = expected_rate - (0.0 if coil is None else float(coil[KC]))
-    extra = (rate,) if np.isfinite(rate) and low * 0.3 < rate < high else ()
-    return Band(low, max(high, 2.0 * low), extra)
+    return Band(low, max(high, low + 2.0 * np.pi / span), expected_rate)
+
+
+def doubt(p: np.ndarray, expected_rate: float) -> float:
+    """By how much the cost of a fit (9,) counts more, 1 or above, because strands and coils turn
+    much more often, or much less, than the motor has. Where two fits are nearly as good the motor
+    decides; a good fit stands against it, for a motor's count can be wrong."""
+    total = float(p[K] + (p[KC] if p[RC] > 0.0 else 0.0))
+    if not (np.isfinite(expected_rate) and expected_rate > 0.0) or total <= 0.0:
+        return 1.0
+    off = np.log(total / expected_rate)
+    return float(np.exp(0.5 * max(off - 0.2, -0.8 - off, 0.0)))
 
 
 def search_straight(
@@ -213,6 +226,8 @@ def _search(
     tried = [
         descend(coarse, section, p, free, coarse_scale, iterations=5) for _, p in starts[:VALLEYS]
     ]
+    expected = bands[0].expected
+    tried = [(p, cost * doubt(p, expected * factor)) for p, cost in tried]
     tried.sort(key=lambda found: found[1])
     # Two valleys that are nearly as deep at reduced size may change places at full size.
     best = [p for p, cost in tried if cost < 1.3 * tried[0][1] + 0.01][:2]
@@ -220,7 +235,7 @@ def _search(
         fit_helix(edges, section, _rescaled(p, 1.0 / factor, -shift / factor), free, scale_px)
         for p in best
     ]
-    return min(fits, key=lambda f: f.cost, default=None)
+    return min(fits, key=lambda f: f.cost * doubt(f.p, expected), default=None)
 
 
 def _valleys(
@@ -229,7 +244,10 @@ def _valleys(
     """(cost, start) at the lowest places of the scan; `band` in rad per px of the full picture."""
     half = 0.5 * float(edges.s_px[-1] - edges.s_px[0])
     count = int(np.clip((band.high - band.low) * factor * half / 0.7, 3, 200)) + 1
-    rates = np.concatenate([np.linspace(band.low, band.high, count), np.array(band.extra)]) * factor
+    rates = np.linspace(band.low, band.high, count) * factor
+    alone = (band.expected - (base[KC] / factor if base[RC] > 0.0 else 0.0)) * factor
+    if np.isfinite(alone) and rates[0] < alone < rates[-1]:
+        rates = np.append(rates, alone)
     fold = 1 if len(section.radius_d) % 2 else 2
     phases = np.arange(PHASES) * (2.0 * np.pi / fold / PHASES)
     costs = np.empty((rates.size, phases.size))
@@ -261,7 +279,7 @@ def _valleys(
     for i in [*taken[:VALLEYS], *range(count, rates.size)]:
         p = base.copy()
         p[K], p[PHI] = rates[i], phases[int(np.argmin(costs[i]))]
-        starts.append((float(lowest[i]), p))
+        starts.append((float(lowest[i]) * doubt(p, band.expected * factor), p))
     return starts
 
 
