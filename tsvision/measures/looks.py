@@ -176,9 +176,11 @@ def _settle(
 def _best(fits: list[tuple[Cut, BundleFit]]) -> list[tuple[Cut, BundleFit]]:
     """Those that fit nearly as well as the best: a mean edge aligned on poor fits is smeared, looks
     blurred, and its ramp is taken for shading. Legs before the first turn fit well, but as a
-    bundle of any width: where any fit shows half a turn, those that do not are left out."""
+    bundle of any width: where any fit shows half a turn, those that do not are left out. Along a
+    coil the light falls on a limb from ever new sides: straight bundles tell it better."""
     turned = [(cut, f) for cut, f in fits if f.s_high_px - f.s_low_px > 0.5 * f.fit.pitch_px]
     fits = turned or fits
+    fits = [(cut, f) for cut, f in fits if not f.fit.coiled] or fits
     limit = 1.25 * min(f.fit.rms_px for _, f in fits)
     return [(cut, f) for cut, f in fits if f.fit.rms_px <= limit]
 
