@@ -18,7 +18,7 @@ COLUMNS: dict[str, str] = {
     "file": "name of its file, `name#i` for page or frame i of a TIFF or video",
     "turns": "motor turns, signed; they may fall again when unwinding",
     "time_s": "time since the recording began",
-    "diameter_mm": "D: smallest cylinder about the bundle's own centre line that holds all strands, "
+    "diameter_mm": "D: smallest cylinder about the bundle's own centre line that holds all strands "
     "near the separator; what a caliper reads on the straight bundle",
     "diameter_px": "the same in pixels",
     "pitch_mm": "p: length along the bundle's centre line of one revolution of the strands",
@@ -34,10 +34,13 @@ COLUMNS: dict[str, str] = {
     "midspan_diameter_mm": "D in the middle of the bundle",
     "midspan_helix_angle_rad": "β in the middle of the bundle",
     "coil_amplitude_mm": "A: rms lateral swing of the bundle's centre line",
+    "coil_amplitude_px": "the same in pixels",
     "coil_pitch_mm": "length of one coil",
     "unevenness": "coefficient of variation of the envelope E(s)",
     "baseline_envelope_mm": "E₀: 25th percentile of E(s) over the twisted part",
+    "baseline_envelope_px": "the same in pixels",
     "max_envelope_mm": "largest E(s)",
+    "max_envelope_px": "the same in pixels",
     "knot_count": "knots in view",
     "phase": "twist, overtwist, local overtwist, knotted or irreversible",
     "turns_seen": "turns counted in the picture",

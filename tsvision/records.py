@@ -178,10 +178,13 @@ class FrameRow:
     midspan_diameter_mm_sd: float = NAN
     midspan_helix_angle_rad: float = NAN
     coil_amplitude_mm: float = NAN
+    coil_amplitude_px: float = NAN
     coil_pitch_mm: float = NAN
     unevenness: float = NAN
     baseline_envelope_mm: float = NAN
+    baseline_envelope_px: float = NAN
     max_envelope_mm: float = NAN
+    max_envelope_px: float = NAN
     knot_count: float = NAN
     phase: str = ""
     turns_seen: float = NAN

@@ -97,6 +97,19 @@ def test_with_n_known_the_helix_is_fitted_along_the_curve() -> None:
     )
 
 
+def test_the_profile_holds_the_curve_in_the_picture() -> None:
+    """Points of the axis lie on the cord that was drawn, not on its chord."""
+    profile = measured(three_ply("Z")).profile
+    assert profile is not None and profile.axis_x_px is not None
+    found = np.stack([profile.axis_x_px, profile.axis_y_px], 1)
+    drawn = CURVE
+    off = [np.hypot(*(drawn - point).T).min() for point in found[::20]]
+    assert np.max(off) < 3.0
+    chord = found[-1] - found[0]
+    across = np.array([-chord[1], chord[0]]) / np.hypot(*chord)
+    assert np.ptp((found - found[0]) @ across) > 20.0
+
+
 def test_a_straight_bundle_keeps_its_looks_untouched() -> None:
     straight = np.stack([np.full(50, 180.0), np.linspace(-20, 640, 50)], axis=1)
     picture = draw_cord(straight, 2, 32.0, 50.0)

@@ -78,6 +78,8 @@ def test_coiled_and_knotted_bundles(two: tuple[pd.DataFrame, pd.DataFrame]) -> N
     np.testing.assert_allclose(rows["diameter_px"], truth["diameter_px"], atol=0.35)
     np.testing.assert_allclose(rows["pitch_px"], truth["pitch_px"], rtol=0.025)
     np.testing.assert_allclose(rows["coil_amplitude_mm"], truth["coil_amplitude_mm"], rtol=0.05)
+    for name in ("coil_amplitude", "baseline_envelope", "max_envelope"):
+        np.testing.assert_allclose(rows[f"{name}_px"] * rows["mm_per_px"], rows[f"{name}_mm"])
 
 
 @pytest.mark.parametrize("name", ["two", "four"])

@@ -190,7 +190,9 @@ def _lengths(row: FrameRow, bowed: Bowed, rope: Rope) -> FrameRow:
         midspan_diameter_mm=mid * mm,
         midspan_diameter_mm_sd=float(np.hypot(d_sd * mm, mid * mm_sd)),
         unevenness=unevenness_of(rope.envelope_px),
+        baseline_envelope_px=baseline_px(rope.envelope_px),
         baseline_envelope_mm=baseline_px(rope.envelope_px) * mm,
+        max_envelope_px=float(known.max()),
         max_envelope_mm=float(known.max()) * mm,
     )
 
@@ -255,6 +257,7 @@ def _profile(bowed: Bowed, rope: Rope) -> Profile:
     keep = np.isfinite(rope.envelope_px)
     mm = bowed.scale.mm_per_px
     s = rope.s_px[keep] - bowed.curve.start_px
+    x, y = bowed.curve.axis.at(rope.s_px[keep]).T
     used = rope.weight > 0.0  # elsewhere what was found is no edge of the rope
     upper, lower = (np.where(used, edge, NAN) for edge in (rope.upper_px, rope.lower_px))
     return Profile(
@@ -264,4 +267,6 @@ def _profile(bowed: Bowed, rope: Rope) -> Profile:
         lower_px=lower[keep],
         width_mm=(upper - lower)[keep] * mm,
         envelope_mm=rope.envelope_px[keep] * mm,
+        axis_x_px=x,
+        axis_y_px=y,
     )

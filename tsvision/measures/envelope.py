@@ -56,11 +56,12 @@ def middle_swing(
     A two-fold section (any even N) is symmetric about its own centre line, so the middle swings
     with the coil and with nothing else, whether a helix could be fitted or not. Bows slower than
     `SLOWEST` D are taken out; the median makes it indifferent to fibres and knots. The period is
-    NaN where nothing swings. An edge that is exactly 0 counts as not seen.
+    NaN where nothing swings; both are where too little is seen. An edge that is exactly 0 counts as
+    not seen.
     """
     both = np.flatnonzero((upper_px != 0.0) & (lower_px != 0.0))
     if both.size < 3 * diameter_px:
-        return 0.0, float("nan")
+        return float("nan"), float("nan")
     columns = np.arange(both[0], both[-1] + 1)
     middle = np.interp(columns, both, 0.5 * (upper_px + lower_px)[both])
     middle = gaussian_filter1d(median_filter(middle, size=5, mode="nearest"), 0.08 * diameter_px)

@@ -1,0 +1,104 @@
+"""Which stretches of a frame's bundle are fitted: beside the separator, and in mid-span."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tsvision.measures.bundle import BundleFit, fit_window, swing_px
+from tsvision.measures.cut import Cut
+from tsvision.measures.helix import Edges
+from tsvision.measures.looks import Looks
+from tsvision.measures.windows import even_stretches
+
+NAN = float("nan")
+
+
+def within_zone(edges: Edges, cut: Cut, looks: Looks) -> Edges:
+    """Edges between apex and connector only."""
+    end = looks.ends.connector_px
+    inside = cut.silhouette.bundle & (cut.s_px < (end - 1.0 if np.isfinite(end) else np.inf))
+    return Edges(
+        edges.s_px,
+        edges.upper_px,
+        edges.lower_px,
+        np.where(inside, edges.upper_weight, 0.0),
+        np.where(inside, edges.lower_weight, 0.0),
+    )
+
+
+def apex_of(cut: Cut, looks: Looks) -> float:
+    """s (px) where the legs meet; NaN when the bundle starts at the strip's end or plate."""
+    first = cut.silhouette.apex_column
+    if not np.isfinite(first):
+        return NAN
+    s = float(cut.s_px[int(first)])
+    plate = looks.ends.plate_px
+    seen = first > 3 and not (np.isfinite(plate) and s < plate + 0.3 * looks.diameter_px)
+    return s if seen else NAN
+
+
+def expected_rate(looks: Looks, turns: float, start_px: float) -> float:
+    """Rate of strands and coiling together (rad/px) that the motor's turns lead one to expect
+    between the apex at `start_px` and the connector; the two legs hold a quarter turn."""
+    end = looks.ends.connector_px
+    if not np.isfinite(end) and looks.zero_known:
+        end = looks.zero_px + looks.zone_px
+    if not (np.isfinite(turns) and np.isfinite(end)) or end <= start_px:
+        return NAN
+    return 2.0 * np.pi * max(abs(turns) - 0.25, 0.0) / (end - start_px)
+
+
+def fit_bundle(
+    edges: Edges,
+    looks: Looks,
+    turns: float,
+    apex_px: float,
+    near_before: BundleFit | None,
+    mid_before: BundleFit | None,
+) -> tuple[BundleFit | None, BundleFit | None]:
+    """Fits beside the separator and in mid-span, the frame before's tried first.
+
+    A straight bundle is fitted from 0.6 D after the apex on; coiling takes 2.4 D to reach its full
+    radius, and starting earlier costs 2-6 % of pitch.
+    """
+    d = looks.diameter_px
+    known = np.flatnonzero((edges.upper_weight > 0) & (edges.lower_weight > 0))
+    if known.size < 1.5 * d:
+        return None, None
+    first, last = float(edges.s_px[known[0]]), float(edges.s_px[known[-1]]) - 0.3 * d
+    start = apex_px if np.isfinite(apex_px) else first
+    skip = 1.0 if np.isfinite(apex_px) else 0.25
+    rate = expected_rate(looks, turns, start)
+    beyond = edges.window(min(start + 2.4 * d * skip, last - 4.0 * d), start + 10.0 * d)
+    swings = swing_px(beyond) > 0.03 * d
+    near: BundleFit | None = None
+    if not swings:
+        low = start + 0.6 * d * skip
+        near = fit_window(
+            edges, looks.section, low, min(low + 7.0 * d, last), d, rate, near_before, coil=False
+        )
+        if near is not None and near.fit.cost < 0.5:
+            high = min(start + max(2.0 * near.fit.pitch_px, 4.0 * d), last)
+            if abs(high - near.s_high_px) > 0.5 * d and high - low > 2.0 * d:
+                again = fit_window(edges, looks.section, low, high, d, rate, near, coil=False)
+                near = again or near
+    poor = near is None or near.fit.cost > 0.3
+    if swings or poor:
+        low = min(start + 2.4 * d * skip, max(last - 7.0 * d, start + 0.6 * d * skip))
+        low, high = even_stretches(edges, low, last, d)[0]
+        coiled = fit_window(
+            edges, looks.section, low, min(low + 8.0 * d, high), d, rate, near_before
+        )
+        if near is None or (coiled is not None and coiled.fit.cost < 0.9 * near.fit.cost):
+            near = coiled or near
+    mid = None
+    middle = 0.5 * (first + last)
+    if last - first > 12.0 * d:
+        pitch = near.fit.pitch_px if near is not None else 2.0 * d
+        span = max(3.5 * d, min(pitch, 0.25 * (last - first)))
+        stretches = even_stretches(edges, start + 2.4 * d * skip, last, d)
+        low, high = min(stretches, key=lambda w: max(w[0] - middle, middle - w[1], 0.0))
+        centre = float(np.clip(middle, low + span, max(high - span, low + span)))
+        low, high = max(low, centre - span), min(high, centre + span)
+        mid = fit_window(edges, looks.section, low, high, d, rate, mid_before or near)
+    return near, mid
