@@ -14,10 +14,15 @@ import numpy as np
 
 from tsvision.images.axis import Ridge, find_ridges
 from tsvision.images.linear import LUMA_BGR, best_weights, project, to_linear
+from tsvision.images.motion import motion_picture, moving_share
+from tsvision.images.shadow import DARKENS, DEEPEST, shadow_level
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 
 SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are of several colours
 SWINGS = 0.06  # share of a bundle's outline that changes between frames, at least
+ACROSS = 0.4  # of the ground's light: how far strings stand out across its colour, to rely on it
+MOVING_SHARE = 0.4  # of the axis' length that moves, from which nothing speaks against it
+ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
 SEARCH_PX = 640  # long side of the pictures in which candidate axes are weighed
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
 
@@ -30,6 +35,7 @@ class Sight:
     the measures), growing towards the motor connector. weights (3,): channel weights of the
     signal. sense: +1 strings brighter than the ground. width_px: rough outer width of the bundle.
     by_distance: the signal is the distance from the ground's colour, not a weighted sum.
+    shadow_level: contrast below which cast shadows could be taken for strings (0: nowhere).
     start_px, end_px: s between which strings may lie. connector_px: s of the connector's face,
     NaN when out of view. legs_seen: whether the separator's side was decided by the legs.
     """
@@ -45,6 +51,7 @@ class Sight:
     separation: float
     gamma: float
     by_distance: bool = False
+    shadow_level: float = 0.0
 
 
 def signal_picture(pixels: np.ndarray, weights: np.ndarray, gamma: float) -> np.ndarray:
@@ -149,6 +156,9 @@ def find_sight(
     # Not the ends: a film that winds and unwinds begins and ends with hardly a turn, legs alone.
     few = [pictures[i] for i in sorted({len(pictures) * k // 4 for k in (1, 2, 3)})]
     ridges = find_ridges(few, roi_px, widths_px)
+    motion = motion_picture(pictures)
+    if motion is not None:
+        ridges += _moving_ridges(motion, pictures[0].shape[:2], roi_px, widths_px)
     if along_px:
         ridges = [_given_ridge(along_px, ridges)]
     if not ridges:
@@ -161,16 +171,23 @@ def find_sight(
         _settle(small, _scaled(_axis_of(r, shape, roi_px), factor), r.width_px * factor)
         for r in [*ridges, *_bisectors(ridges, shape)]
     ]
-    best = max(trials, key=lambda trial: trial[2] * _plausible(trial[1] / factor, widths_px))
+
+    def merit(trial: tuple[Axis, float, float]) -> float:
+        line, wide, support = trial
+        if motion is not None:
+            share = moving_share(line, wide, motion, round(factor * max(shape)))
+            support *= float(np.clip(share / MOVING_SHARE, 0.02, 1.0))
+        return support * _plausible(wide / factor, widths_px)
+
+    best = max(trials, key=merit)
     linears = [to_linear(p, gamma) for p in pictures]
     axis, width, _ = _settle(linears, _scaled(best[0], 1.0 / factor), best[1] / factor, turns=1)
     half = int(np.ceil(4.0 * width)) + 6
     strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
     weights, separation, by_distance = _signal(strips, 0.5 * width)
-    contrasts = [_contrast(s, weights, width, by_distance) for s in strips]
     core = np.nanmedian([np.nanmedian(_raw_core(s, weights, width)) for s in strips])
     sense = 1 if core >= 0 or by_distance else -1
-    masks = [_mask(c, width) for c in contrasts]
+    masks, shadow = _masks(strips, weights, width, by_distance, False)
     near, far = _leg_columns(masks, half, width)
     legs = near != far
     flip = far > near if side == "auto" else _needs_flip(axis, side)
@@ -192,7 +209,19 @@ def find_sight(
         separation=separation,
         gamma=gamma,
         by_distance=by_distance,
+        shadow_level=shadow,
     )
+
+
+def _moving_ridges(
+    motion: np.ndarray,
+    shape: tuple[int, int],
+    roi_px: tuple[int, int, int, int] | None,
+    widths_px: tuple[float, float] | None,
+) -> list[Ridge]:
+    """Lines along which a film moves, as ridges of its pictures."""
+    big = cv2.resize(motion, (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR)
+    return [r for r in find_ridges([big], roi_px, widths_px, most=3) if r.sense > 0]
 
 
 def _given_ridge(along_px: tuple[tuple[float, float], ...], found: list[Ridge]) -> Ridge:
@@ -267,7 +296,7 @@ def _settle(
         strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
         weights, _, by_distance = _signal(strips, 0.5 * width)
         rough = turn < turns - 1 and len(linears) > 1
-        masks = [_mask(_contrast(s, weights, width, by_distance, rough), width) for s in strips]
+        masks, _ = _masks(strips, weights, width, by_distance, rough)
         if turn == turns - 1:
             support = sum(_support(m, half, width) for m in masks) / len(masks)
             support *= _liveliness(masks, half, width)
@@ -349,7 +378,22 @@ def _signal(strips: list[Strip], half_core: float) -> tuple[np.ndarray, float, b
         inner = inner[_near_median(inner)]
         outer = outer[_near_median(outer)]
     weights, separation = best_weights(inner, outer)
-    return weights, separation, _many_coloured(everything, outer)
+    if not _many_coloured(everything, outer):
+        return weights, separation, False
+    return _shadowless(everything, outer), separation, True
+
+
+def _shadowless(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
+    """The ground's direction in colour (3,) where strings of several colours stand out across it,
+    so that light and shadow on the ground need not count; LUMA_BGR (count all) elsewhere."""
+    ground = np.median(outer, axis=0)
+    unit = ground / max(float(np.linalg.norm(ground)), 1e-9)
+    away = inner - ground
+    across = np.linalg.norm(away - (away @ unit)[:, None] * unit, axis=1)
+    noise = np.median(np.linalg.norm(outer - (outer @ unit)[:, None] * unit, axis=1))
+    strings = across[np.linalg.norm(away, axis=1) > 0.3 * np.linalg.norm(away, axis=1).max()]
+    enough = np.percentile(strings, 25.0) > max(ACROSS * np.linalg.norm(ground), 5.0 * noise)
+    return unit.astype(np.float32) if enough else LUMA_BGR
 
 
 def _many_coloured(inner: np.ndarray, outer: np.ndarray) -> bool:
@@ -371,10 +415,6 @@ def _near_median(samples: np.ndarray) -> np.ndarray:
     return distance <= 2.5 * np.median(distance) + 1e-9
 
 
-def _mask(contrast: np.ndarray, width: float) -> np.ndarray:
-    return string_mask(contrast, 0.2 * width, mask_level(contrast, 1.3 * width))
-
-
 def _raw_core(strip: Strip, weights: np.ndarray, width: float) -> np.ndarray:
     values = project(strip.values, weights)
     n = np.arange(-strip.half_px, strip.half_px + 1)
@@ -388,14 +428,21 @@ def raw_contrast(
 
     By distance: the length of the colour difference. A half-covered pixel lies halfway between
     ground and strand, so that the length is linear in coverage too, whatever the strand's colour.
+    Where `weights` is the ground's direction in colour (not LUMA_BGR), what lies along it does not
+    count: light and shadow on the ground.
     """
     if not by_distance:
         signal = project(values, weights)
         return signal - ground_level(signal, inner_px)
     squares = np.zeros(values.shape[:2], np.float32)
+    along = np.zeros(values.shape[:2], np.float32)
     for c in range(3):
         channel = np.ascontiguousarray(values[..., c])
-        squares += (channel - ground_level(channel, inner_px)) ** 2
+        away = channel - ground_level(channel, inner_px)
+        squares += away**2
+        along += away * weights[c]
+    if not np.array_equal(weights, LUMA_BGR):
+        squares = np.maximum(squares - along**2, 0.0)
     return np.sqrt(squares)
 
 
@@ -410,15 +457,53 @@ def _contrast(
 
     roughly: the axis may lie beside the core yet; each column's strongest contrast counts.
     """
+    return _scaled_contrast(strip, weights, width, by_distance, roughly)[0]
+
+
+def _scaled_contrast(
+    strip: Strip, weights: np.ndarray, width: float, by_distance: bool, roughly: bool
+) -> tuple[np.ndarray, float]:
+    """`_contrast`, and what pure black would have: how far shadows reach."""
     values = raw_contrast(strip.values, weights, by_distance, 1.3 * width)
     n = np.arange(-strip.half_px, strip.half_px + 1)
     if roughly:
         core = np.nan_to_num(values[np.abs(n) <= max(0.6 * width, 2.0)])
         strongest = np.take_along_axis(core, np.abs(core).argmax(axis=0)[None], axis=0)
-        level = 0.6 * np.median(strongest)
+        level = ROUGH * np.median(strongest)
     else:
         level = np.nanmedian(_nan_median(values[np.abs(n) <= max(0.2 * width, 1.0)]))
-    return values / (level if abs(level) > 1e-6 else 1e-6)
+    level = level if abs(level) > 1e-6 else 1e-6
+    ground = strip.values[np.abs(n) > 1.3 * width]
+    if ground.size == 0 or np.isnan(ground).all():
+        return values / level, 0.0
+    plain = np.nanmedian(ground.reshape(ground.shape[0] * ground.shape[1], -1), axis=0)
+    black = raw_of_black(plain, weights, by_distance)
+    return values / level, float(black / level)
+
+
+def raw_of_black(ground: np.ndarray, weights: np.ndarray, by_distance: bool) -> float:
+    """Raw contrast of a place without light on a ground of colour (1,) or (3,), linear."""
+    if by_distance:
+        return float(np.linalg.norm(ground)) if np.array_equal(weights, LUMA_BGR) else 0.0
+    return -float(ground @ weights) if ground.size == 3 else -float(ground[0])
+
+
+def _masks(
+    strips: list[Strip], weights: np.ndarray, width: float, by_distance: bool, rough: bool
+) -> tuple[list[np.ndarray], float]:
+    """Masks of the strings in some strips, and the level below which shadows could be in them."""
+    scaled = [_scaled_contrast(s, weights, width, by_distance, rough) for s in strips]
+    least = [mask_level(c, 1.3 * width) for c, _ in scaled]
+    deepest = DEEPEST / ROUGH if rough else DEEPEST
+    shadows = [
+        shadow_level(c, 1.3 * width, low, deepest) if black > DARKENS else 0.0
+        for (c, black), low in zip(scaled, least, strict=True)
+    ]
+    shadow = float(np.median(shadows))
+    return [
+        string_mask(c, 0.2 * width, max(low, shadow))
+        for (c, _), low in zip(scaled, least, strict=True)
+    ], shadow
 
 
 @numba.njit(cache=True)

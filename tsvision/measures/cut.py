@@ -62,7 +62,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     if not np.isfinite(level) or abs(level) < max(1e-4, 1.5 * ground_noise):
         return None
     contrast = np.nan_to_num(contrast / level, nan=0.0)
-    mask = mask_level(contrast, inner)
+    mask = max(mask_level(contrast, inner), sight.shadow_level)
     silhouette = outline(contrast, sight.width_px, strand_px, 0, mask)
     top = 255 if pixels.dtype == np.uint8 else 65535
     saturated = float(np.mean(pixels >= top))

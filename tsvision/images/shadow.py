@@ -1,0 +1,53 @@
+"""From which contrast on something is a strand and no shadow: strands end sharply, shadows softly.
+
+Where strings are darker than the ground, or differ from it by colour, the shadow that they cast
+on the ground counts in the same sense as they do and lies along them. Its border is a penumbra of
+many pixels; a strand's is as sharp as the lens.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from scipy.stats import norm
+
+DEEPEST = 0.7  # a mask that begins higher would lose the strands' own limbs
+DARKENS = 0.25  # contrast that black must have before shadows can be mistaken for strings
+SOFT = 0.35  # of the sharp edges' steepness: what is less steep is no strand's border
+MOST_SOFT = 0.2  # share of borders that may be soft
+
+
+def shadow_level(
+    contrast: np.ndarray, inner_px: float, least: float, deepest: float = DEEPEST
+) -> float:
+    """The lowest contrast from `least` to `deepest` at which hardly any border of a contrast strip
+    (R, M; strings about 1) within |n| < inner_px is soft."""
+    half = contrast.shape[0] // 2
+    reach = max(int(inner_px), 4)
+    part = np.nan_to_num(contrast[max(half - reach, 0) : half + reach + 1]).astype(np.float32)
+    if min(part.shape) < 4:
+        return least
+    part = cv2.GaussianBlur(part, (3, 3), 0.6)
+    levels = np.arange(least, deepest + 0.01, 0.05)
+    steps = [_steps(part, float(level)) for level in levels]
+    if any(s.size < 20 for s in steps[:1]):
+        return least
+    # A blurred step is steepest half way up.
+    shape = norm.pdf(norm.ppf(np.clip(levels, 0.05, 0.95))) / norm.pdf(0.0)
+    sharp = [np.percentile(s, 75.0) / f for s, f in zip(steps, shape, strict=True) if s.size >= 20]
+    limit = SOFT * max(sharp)
+    share = np.array(
+        [(s < limit * f).mean() if s.size >= 20 else 1.0 for s, f in zip(steps, shape, strict=True)]
+    )
+    fit = np.flatnonzero(share < MOST_SOFT)
+    return float(levels[fit[0] if fit.size else int(share.argmin())])
+
+
+def _steps(part: np.ndarray, level: float) -> np.ndarray:
+    """Steepness across, contrast a px, wherever the strip crosses `level`; 0 where what lies above
+    it does not end within the strip."""
+    above = part > level
+    row, column = np.nonzero(above[1:] != above[:-1])
+    low, high = np.maximum(row - 1, 0), np.minimum(row + 2, part.shape[0] - 1)
+    steep = np.abs(part[high, column] - part[low, column]) / (high - low)
+    return np.concatenate([steep, np.zeros(int(above[[0, -1]].sum()))])
