@@ -19,6 +19,10 @@ from tsvision.measures.looks import Looks
 from tsvision.records import FrameRow, KnotSighting, Profile
 
 NAN = float("nan")
+# One view shows E only where a lobe of the coil happens to point sideways: either end of a knot
+# comes out short by up to half a lobe, both together by this part of D on average.
+COMES_SHORT = 0.3
+COILS = 0.05  # rms swing over D from which a bundle coils
 
 
 def add_outline(
@@ -62,6 +66,7 @@ def add_outline(
             looks.sight.axis.at(edges.s_px),
             period * unit,
             sd * unit,
+            COMES_SHORT * diameter * unit if swing > COILS * diameter else 0.0,
         )
         if np.isfinite(base)
         else []
