@@ -17,6 +17,10 @@ from tsvision.measures.search import (
     search_straight,
 )
 
+NAN = float("nan")
+SWINGS = 0.03  # rms of the middle line over D from which a coil is tried, ...
+SWINGS_WIDELY = 0.08  # ... and from which nothing else is
+POOR = 0.45  # cost above which other coils and rates that the motor does not explain are tried
 COIL_PAYS = 0.85  # share of a straight fit's cost that a coiled one must stay below
 
 
@@ -62,21 +66,65 @@ def fit_window(
     best = None
     if before is not None and (coil or not before.fit.coiled):
         best = _carried_on(part, section, before, expected_rate, scale_px)
-    swings = coil and swing_px(part) > 0.03 * diameter_px
-    holds = _holds(best, before) and not (swings and best is not None and not best.coiled)
+    swing = swing_px(part) / diameter_px if coil else 0.0
+    holds = _holds(best, before) and (best is None or best.coiled or swing < SWINGS)
     if not holds:
-        band = full_band(part, diameter_px, expected_rate)
-        straight = search_straight(part, section, diameter_px, band, scale_px)
-        best = _choose(best, straight, expected_rate)
-        long_enough = s_high - s_low > 3.0 * diameter_px
-        if coil and long_enough and (swings or best is None or best.cost > 0.2):
-            coils = coils_of(part, diameter_px)
-            bands = [full_band(part, diameter_px, expected_rate, c) for c in coils]
-            coiled = search_coiled(part, section, diameter_px, bands, coils, scale_px)
-            best = _choose(best, coiled, expected_rate)
+        long_enough = coil and s_high - s_low > 3.0 * diameter_px
+        best = _searched(
+            part,
+            section,
+            diameter_px,
+            expected_rate,
+            scale_px,
+            best,
+            swing,
+            long_enough,
+            before is not None,
+        )
+        if best is None or (before is None and best.cost > POOR and np.isfinite(expected_rate)):
+            # The motor's count may be wrong, or not be that of this bundle.
+            best = _searched(
+                part,
+                section,
+                diameter_px,
+                NAN,
+                scale_px,
+                best,
+                swing,
+                long_enough,
+                before is not None,
+            )
     if best is None:
         return None
     return BundleFit(best, float(part.s_px[0]), float(part.s_px[-1]), expected_rate)
+
+
+def _searched(
+    part: Edges,
+    section: Section,
+    diameter_px: float,
+    expected_rate: float,
+    scale_px: float,
+    best: HelixFit | None,
+    swing: float,
+    coil: bool,
+    carried: bool,
+) -> HelixFit | None:
+    """The best of `best`, a straight helix and, where the middle line swings, a coiled one."""
+    if not (coil and swing > SWINGS_WIDELY):
+        band = full_band(part, diameter_px, expected_rate)
+        straight = search_straight(part, section, diameter_px, band, scale_px)
+        best = _choose(best, straight, expected_rate)
+    if not coil or (swing < SWINGS and best is not None and best.cost < 0.2):
+        return best
+    for coils in coils_of(part, diameter_px):
+        bands = [full_band(part, diameter_px, expected_rate, c) for c in coils]
+        coiled = search_coiled(part, section, diameter_px, bands, coils, scale_px)
+        best = _choose(best, coiled, expected_rate)
+        # Which coil it is was settled when the bundle was first seen.
+        if coiled is not None and (carried or coiled.cost < POOR):
+            break
+    return best
 
 
 def _carried_on(
@@ -98,8 +146,10 @@ def _carried_on(
 
 
 def _holds(warm: HelixFit | None, before: BundleFit | None) -> bool:
-    """Whether a fit carried over from the frame before is as good as that one was."""
-    return warm is not None and before is not None and warm.cost < 1.2 * before.fit.cost + 0.02
+    """Whether a fit carried over from the frame before is good, and as good as that one was."""
+    if warm is None or before is None:
+        return False
+    return warm.cost < min(POOR, 1.3 * before.fit.cost + 0.03)
 
 
 def swing_px(edges: Edges) -> float:

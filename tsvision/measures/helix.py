@@ -19,6 +19,7 @@ Relative signs of k and kc are taken as equal: the bundle coils in the sense in 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numba
 import numpy as np
@@ -41,6 +42,20 @@ class Section:
     def diameter_d(self) -> float:
         """Outer diameter in units of d."""
         return 1.0 + 2.0 * float(self.radius_d.max())
+
+    @cached_property
+    def outer(self) -> tuple[np.ndarray, np.ndarray]:
+        """Radius and angle of the strands that ever reach the outline: the corners of the sites'
+        convex hull, for all discs are of one size. Four of the pair core's eight."""
+        points = np.stack(
+            [self.radius_d * np.cos(self.angle_rad), self.radius_d * np.sin(self.angle_rad)], 1
+        )
+        if len(points) < 4:
+            return self.radius_d, self.angle_rad
+        turns = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False) + 1e-4
+        support = points @ np.stack([np.cos(turns), np.sin(turns)])
+        corners = np.unique(support.argmax(axis=0))
+        return self.radius_d[corners], self.angle_rad[corners]
 
 
 @dataclass(frozen=True)
@@ -385,8 +400,7 @@ def descend(
         np.array(free, dtype=np.int64),
         unknown,
         unknown,
-        section.radius_d,
-        section.angle_rad,
+        *section.outer,
         0.5 * float(edges.s_px[0] - edges.s_px[-1]),
         edges.upper_px,
         edges.lower_px,
@@ -435,8 +449,7 @@ def fit_helix(
         free_ids,
         mean,
         weight,
-        section.radius_d,
-        section.angle_rad,
+        *section.outer,
         z0,
         edges.upper_px,
         edges.lower_px,
@@ -476,8 +489,7 @@ def model_edges(
     step = max(0.25, min(0.6, 0.08 * float(p[RHO])))
     silhouette(
         np.asarray(p, dtype=float),
-        section.radius_d,
-        section.angle_rad,
+        *section.outer,
         float(z0),
         count,
         upper,

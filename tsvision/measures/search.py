@@ -34,10 +34,14 @@ from tsvision.measures.helix import (
 
 _FREE_STRAIGHT = tuple(i for i in STRAIGHT if i < 8)
 _FREE_COILED = tuple(i for i in COILED if i < 8)
-SEARCH_DIAMETER_PX = 20.0  # wider bundles are searched at reduced size, then fitted in full
+SEARCH_DIAMETER_PX = 16.0  # wider bundles are searched at reduced size, then fitted in full
 SHORTEST_PITCH = 0.9  # in diameters, k alone
-PHASES = 5  # tried over one repeat of the section
+# Turn by which neighbouring rates differ at the ends of a window, rad, and phases tried over one
+# repeat of the section: two strands make two lobes a turn, more make four.
+STEP_RAD, PHASES = {2: 0.7, 4: 0.45}, {2: 5, 4: 8}
 VALLEYS = 5  # of the scan, fitted for a few steps
+MOST_TURNS = 2.5  # times as often as the motor has turned, or this many turns in the window, ...
+LOBES = 1.5  # ... is the highest rate tried where turns are known
 WIDTH_IN_DOUBT = 0.08
 COILS = 2  # peaks of the centre line's spectrum tried as coiling rates
 
@@ -64,6 +68,8 @@ def full_band(
     stretch = 1.0 if coil is None else float(np.hypot(1.0, coil[RC] * coil[KC]))
     low = 0.35 * 2.0 * np.pi / span if coil is None else -0.8 * float(coil[KC]) / stretch
     high = stretch * 2.0 * np.pi / max(SHORTEST_PITCH * diameter_px, 4.0)
+    if np.isfinite(expected_rate) and expected_rate > 0.0:
+        high = min(high, max(MOST_TURNS * expected_rate, 2.0 * np.pi * LOBES / span))
     return Band(low, max(high, low + 2.0 * np.pi / span), expected_rate)
 
 
@@ -107,8 +113,9 @@ def search_coiled(
     return _search(edges, section, bases, bands, True, scale_px)
 
 
-def coils_of(edges: Edges, diameter_px: float) -> list[np.ndarray]:
-    """Radius, rate and phase of coiling that the centre line's spectrum shows, (9,) each."""
+def coils_of(edges: Edges, diameter_px: float) -> list[list[np.ndarray]]:
+    """Radius, rate and phase of coiling, (9,) each, at every rate that the centre line's spectrum
+    shows; likeliest rate first."""
     centre, w = _centre(edges)
     span = float(edges.s_px[-1] - edges.s_px[0])
     band = (2 * np.pi / max(span, 1.0), 2 * np.pi / max(0.9 * diameter_px, 4.0))
@@ -118,17 +125,18 @@ def coils_of(edges: Edges, diameter_px: float) -> list[np.ndarray]:
     near = np.linspace(-0.5, 0.5, 7) * np.pi / max(span, 1.0)
     known = w > 0.3
     reach = np.percentile(edges.upper_px[known], 97.0) - np.percentile(edges.lower_px[known], 3.0)
+    wide = 0.5 * (float(reach) - diameter_px)
     found = []
-    for rate in rates:
+    for number, rate in enumerate(rates):
         p = max((coil_at(edges, rate + d) for d in near), key=lambda c: c[1])[0]
         p[RC] = max(p[RC], 0.02 * diameter_px)
-        found.append(p)
+        options = [p]
         # Where the line runs steeply edges are lost, and the fitted swing is too small: the
         # envelope, D + 2 R, tells it better then.
-        wide = 0.5 * (float(reach) - diameter_px)
-        if rate == rates[0] and wide > 1.25 * p[RC]:
-            found.append(p.copy())
-            found[-1][RC] = wide
+        if number == 0 and wide > 1.25 * p[RC]:
+            options.append(p.copy())
+            options[-1][RC] = wide
+        found.append(options)
     return found
 
 
@@ -243,13 +251,15 @@ def _valleys(
 ) -> list[tuple[float, np.ndarray]]:
     """(cost, start) at the lowest places of the scan; `band` in rad per px of the full picture."""
     half = 0.5 * float(edges.s_px[-1] - edges.s_px[0])
-    count = int(np.clip((band.high - band.low) * factor * half / 0.7, 3, 200)) + 1
+    lobes = 2 if len(section.outer[0]) <= 2 else 4
+    count = (band.high - band.low) * factor * half / STEP_RAD[lobes]
+    count = int(np.clip(count, 3, 300)) + 1
     rates = np.linspace(band.low, band.high, count) * factor
     alone = (band.expected - (base[KC] / factor if base[RC] > 0.0 else 0.0)) * factor
     if np.isfinite(alone) and rates[0] < alone < rates[-1]:
         rates = np.append(rates, alone)
     fold = 1 if len(section.radius_d) % 2 else 2
-    phases = np.arange(PHASES) * (2.0 * np.pi / fold / PHASES)
+    phases = np.arange(PHASES[lobes]) * (2.0 * np.pi / fold / PHASES[lobes])
     costs = np.empty((rates.size, phases.size))
     rho = float(base[RHO])
     # The coil is known roughly only, and the grid is coarse: a deviation counts up to a fair part
@@ -258,8 +268,7 @@ def _valleys(
         base,
         rates,
         phases,
-        section.radius_d,
-        section.angle_rad,
+        *section.outer,
         -half,
         edges.upper_px,
         edges.lower_px,

@@ -16,6 +16,7 @@ from tsvision.measures.shading import Shading
 # A mean edge's fit knows its noise and its light's prior, not what both leave out (occlusion,
 # gleam): against path-traced films of known width its errors are this much larger.
 EDGE_MODEL_FACTOR = 1.6
+BLUR_SHARE = 0.15  # of the blur: what it hides of the ramp at the limb, both sides together
 CORRELATION_SHARE = 0.5  # residuals stay alike over about half a strand diameter
 
 
@@ -26,7 +27,7 @@ def _widening(fit: HelixFit) -> float:
 def edge_model_sd_px(shading: tuple[Shading, Shading]) -> float:
     """Uncertainty of D from the edge model, both sides together, px."""
     own = np.hypot(shading[0].place_sd_px, shading[1].place_sd_px)
-    return float(np.hypot(0.03 * shading[0].blur_px, EDGE_MODEL_FACTOR * own))
+    return float(np.hypot(BLUR_SHARE * shading[0].blur_px, EDGE_MODEL_FACTOR * own))
 
 
 def diameter_sd_px(fit: HelixFit, shading: tuple[Shading, Shading]) -> float:
