@@ -20,7 +20,7 @@ from tsvision.measures.cut import (
     find_edges,
     learn_shading,
 )
-from tsvision.measures.ends import Ends, find_ends
+from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.helix import Section, model_edges
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import Shading, fit_shading, plain_shading
@@ -81,14 +81,19 @@ def learn_looks(
     cuts = [c for p in pictures if (c := cut_frame(p, sight, strand_px, half)) is not None]
     if not cuts:
         return None
+    zone_px = rig.actuator.twisting_zone_mm / scale.mm_per_px
+    ends = find_ends(
+        pictures, cuts, sight, zone_px, rig.actuator.hole_distance_mm / scale.mm_per_px
+    )
+    sight = _between(sight, ends)
+    cuts = [c for p in pictures if (c := cut_frame(p, sight, strand_px, half)) is not None] or cuts
     shading = learn_shading(cuts, 0.5 * strand_px, sight.sense) or _plain(0.5 * strand_px)
-    ends = find_ends(cuts, sight)
     diameter = sight.width_px
     for _ in range(2):
         shading, diameter = _settle(cuts, section, shading, diameter, sight.sense)
     if not np.array_equal(sight.weights, LUMA_BGR) or sight.by_distance:
         shading = (_in_colour(shading[0]), _in_colour(shading[1]))
-    zero, known = _separator_face(ends, rig, scale, cuts, sight.width_px)
+    zero, known = _separator_face(ends, zone_px, cuts)
     if view.axis_px:
         face = np.subtract(view.axis_px[0], sight.axis.at(np.array(0.0)))
         zero, known = float(face @ sight.axis.tangent(np.array(0.0))), True
@@ -105,9 +110,21 @@ def learn_looks(
         scale=scale,
         zero_px=zero,
         zero_known=known,
-        zone_px=rig.actuator.twisting_zone_mm / scale.mm_per_px,
+        zone_px=zone_px,
         hole_distance_mm=rig.actuator.hole_distance_mm,
     )
+
+
+def _between(sight: Sight, ends: Ends) -> Sight:
+    """The sight from the plate to the connector only: neither is to be measured."""
+    start, end = sight.start_px, sight.end_px
+    if np.isfinite(ends.plate_px):
+        start = max(start, ends.plate_px)
+    if np.isfinite(ends.connector_px):
+        end = min(end, ends.connector_px)
+    if end - start < 2.0 * sight.width_px:
+        return sight
+    return replace(sight, start_px=start, end_px=end)
 
 
 def _in_colour(shade: Shading) -> Shading:
@@ -195,18 +212,17 @@ def _model_rows(cut: Cut, found: BundleFit) -> tuple[np.ndarray, np.ndarray]:
     return upper, lower
 
 
-def _separator_face(
-    ends: Ends, rig: Rig, scale: Scale, cuts: list[Cut], width_px: float
-) -> tuple[float, bool]:
-    """s (px) where s_mm is zero: the connector minus L when both are known, which is better than
-    the plate's edge, since the hole exits are usually hidden by the plate."""
-    length = rig.actuator.twisting_zone_mm / scale.mm_per_px
-    from_connector = ends.connector_px - length
+def _separator_face(ends: Ends, zone_px: float, cuts: list[Cut]) -> tuple[float, bool]:
+    """s (px) where s_mm is zero: the mean of the plate's edge and of the connector minus L, where
+    they agree. The hole exits are usually hidden by the plate, whose edge nearest the camera is
+    seen; the other way suffers from a scale that changes along the axis. The plate's edge where the
+    two contradict each other."""
+    from_connector = ends.connector_px - zone_px
     if np.isfinite(from_connector):
-        # A spigot no wider than the bundle hides the face: then the plate is the better witness.
-        apart = abs(from_connector - ends.plate_px)
-        if not np.isfinite(ends.plate_px) or apart < 1.2 * width_px:
+        if not np.isfinite(ends.plate_px):
             return from_connector, True
+        if abs(from_connector - ends.plate_px) < NEAR_SHARE * zone_px:
+            return 0.5 * (from_connector + ends.plate_px), True
     if np.isfinite(ends.plate_px):
         return ends.plate_px, True
     first = [c.s_px[0] + c.silhouette.apex_column for c in cuts]
