@@ -53,6 +53,17 @@ class Sight:
     by_distance: bool = False
     shadow_level: float = 0.0
 
+    def reversed(self) -> Sight:
+        """The same sight seen from the other end: s runs back, n changes its sign."""
+        length = self.axis.length_px
+        return replace(
+            self,
+            axis=self.axis.reversed(),
+            start_px=length - self.end_px,
+            end_px=length - self.start_px,
+            connector_px=float("nan"),
+        )
+
 
 def signal_picture(pixels: np.ndarray, weights: np.ndarray, gamma: float) -> np.ndarray:
     """Linear-light signal of a picture, (H, W) float32."""

@@ -41,10 +41,12 @@ NAN = float("nan")
 
 @dataclass(frozen=True)
 class Ends:
-    """s in px of the connector's face and of the separator plate's visible edge; NaN: not seen."""
+    """s in px of the connector's face and of the separator plate's visible edge; NaN: not seen.
+    connector_seen: the face was seen, not put where L from the plate leads to."""
 
     connector_px: float
     plate_px: float
+    connector_seen: bool = True
 
 
 def find_ends(
@@ -76,8 +78,8 @@ def find_ends(
     if np.isfinite(sight.connector_px):
         connectors.setdefault(sight.connector_px * factor, 1.0)
     plate, connector = _pair(plates, connectors, zone)
-    connector = _by_length(connector, plate + zone, NEAR_SHARE * zone, axis.length_px)
-    return Ends(connector / factor, plate / factor)
+    told = _by_length(connector, plate + zone, NEAR_SHARE * zone, axis.length_px)
+    return Ends(told / factor, plate / factor, told == connector)
 
 
 def _pair(plates: list[float], connectors: dict[float, float], zone: float) -> tuple[float, float]:

@@ -82,9 +82,13 @@ def learn_looks(
     if not cuts:
         return None
     zone_px = rig.actuator.twisting_zone_mm / scale.mm_per_px
-    ends = find_ends(
-        pictures, cuts, sight, zone_px, rig.actuator.hole_distance_mm / scale.mm_per_px
-    )
+    gap_px = rig.actuator.hole_distance_mm / scale.mm_per_px
+    ends = find_ends(pictures, cuts, sight, zone_px, gap_px)
+    if view.separator_side == "auto" and not view.axis_px and not _agree(ends, zone_px):
+        other = sight.reversed()
+        there = find_ends(pictures, [], other, zone_px, gap_px)
+        if _agree(there, zone_px):  # plate and connector outweigh what the legs seemed to tell
+            sight, ends = other, there
     sight = _between(sight, ends)
     cuts = [c for p in pictures if (c := cut_frame(p, sight, strand_px, half)) is not None] or cuts
     shading = learn_shading(cuts, 0.5 * strand_px, sight.sense) or _plain(0.5 * strand_px)
@@ -113,6 +117,12 @@ def learn_looks(
         zone_px=zone_px,
         hole_distance_mm=rig.actuator.hole_distance_mm,
     )
+
+
+def _agree(ends: Ends, zone_px: float) -> bool:
+    """Whether a plate and a connector are seen, L apart."""
+    apart = abs(ends.connector_px - ends.plate_px - zone_px)
+    return bool(ends.connector_seen and apart < NEAR_SHARE * zone_px)
 
 
 def _between(sight: Sight, ends: Ends) -> Sight:
