@@ -8,6 +8,7 @@ import numpy as np
 
 from tsvision.measures.helix import KC, Edges, HelixFit, K, Section
 from tsvision.measures.search import (
+    POOR,
     Band,
     coil_at,
     coils_of,
@@ -20,7 +21,6 @@ from tsvision.measures.search import (
 NAN = float("nan")
 SWINGS = 0.03  # rms of the middle line over D from which a coil is tried, ...
 SWINGS_WIDELY = 0.08  # ... and from which nothing else is
-POOR = 0.45  # cost above which other coils and rates that the motor does not explain are tried
 COIL_PAYS = 0.85  # share of a straight fit's cost that a coiled one must stay below
 
 
@@ -65,7 +65,7 @@ def fit_window(
         return None
     best = None
     if before is not None and (coil or not before.fit.coiled):
-        best = _carried_on(part, section, before, expected_rate, scale_px)
+        best = _carried_on(part, before, expected_rate, scale_px)
     swing = swing_px(part) / diameter_px if coil else 0.0
     holds = _holds(best, before) and (best is None or best.coiled or swing < SWINGS)
     if not holds:
@@ -111,31 +111,34 @@ def _searched(
     carried: bool,
 ) -> HelixFit | None:
     """The best of `best`, a straight helix and, where the middle line swings, a coiled one."""
+    variants = section.variants()
     if not (coil and swing > SWINGS_WIDELY):
         band = full_band(part, diameter_px, expected_rate)
-        straight = search_straight(part, section, diameter_px, band, scale_px)
-        best = _choose(best, straight, expected_rate)
+        for variant in variants:
+            straight = search_straight(part, variant, diameter_px, band, scale_px)
+            best = _choose(best, straight, expected_rate)
     if not coil or (swing < SWINGS and best is not None and best.cost < 0.2):
         return best
     for coils in coils_of(part, diameter_px):
         bands = [full_band(part, diameter_px, expected_rate, c) for c in coils]
-        coiled = search_coiled(part, section, diameter_px, bands, coils, scale_px)
-        best = _choose(best, coiled, expected_rate)
+        for variant in variants:
+            coiled = search_coiled(part, variant, diameter_px, bands, coils, scale_px)
+            best = _choose(best, coiled, expected_rate)
         # Which coil it is was settled when the bundle was first seen.
-        if coiled is not None and (carried or coiled.cost < POOR):
+        if best is not None and best.coiled and (carried or best.cost < POOR):
             break
     return best
 
 
 def _carried_on(
-    part: Edges, section: Section, before: BundleFit, expected_rate: float, scale_px: float
+    part: Edges, before: BundleFit, expected_rate: float, scale_px: float
 ) -> HelixFit | None:
     """The fit of a neighbouring frame or window carried over: about its rate, or as much more as
     the motor has turned since, at any phase, for the strands have moved on."""
-    fit = before.fit
+    fit, section = before.fit, before.fit.section
     diameter = fit.diameter_px
     rate = float(fit.p[K])
-    grown = expected_rate / before.expected_rate
+    grown = expected_rate / before.expected_rate if before.expected_rate else NAN
     moved = rate * float(np.clip(grown, 0.7, 1.4)) if np.isfinite(grown) else rate
     margin = 0.04 * abs(rate) + 0.2 / max(float(np.ptp(part.s_px)), 1.0)
     band = Band(min(rate, moved) - margin, max(rate, moved) + margin, expected_rate)

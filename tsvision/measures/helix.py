@@ -57,6 +57,18 @@ class Section:
         corners = np.unique(support.argmax(axis=0))
         return self.radius_d[corners], self.angle_rad[corners]
 
+    def variants(self) -> tuple[Section, ...]:
+        """The section and its mirror image, where that is another section whichever way it is
+        turned (N = 5, 6, 7 of the pair core): which of the two twisted up nobody knows, and seen
+        from the side a right-handed bundle of one looks like a left-handed one of the other."""
+        points = self.radius_d * np.exp(1j * self.angle_rad)
+        mirrored = points.conj()
+        for turn in np.angle(mirrored[:, None] / np.where(points == 0, 1, points)[None, :]).ravel():
+            turned = points * np.exp(1j * turn)
+            if np.abs(turned[:, None] - mirrored[None, :]).min(axis=1).max() < 1e-6:
+                return (self,)
+        return self, Section(f"{self.name}_mirrored", self.radius_d, -self.angle_rad)
+
 
 @dataclass(frozen=True)
 class HelixFit:

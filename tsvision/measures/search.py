@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
+from scipy.ndimage import minimum_filter
 
 from tsvision.measures.helix import (
     COILED,
@@ -39,10 +40,11 @@ SHORTEST_PITCH = 0.9  # in diameters, k alone
 # Turn by which neighbouring rates differ at the ends of a window, rad, and phases tried over one
 # repeat of the section: two strands make two lobes a turn, more make four.
 STEP_RAD, PHASES = {2: 0.7, 4: 0.45}, {2: 5, 4: 8}
-VALLEYS = 5  # of the scan, fitted for a few steps
+VALLEYS = 6  # of the scan, fitted for a few steps
 MOST_TURNS = 2.5  # times as often as the motor has turned, or this many turns in the window, ...
 LOBES = 1.5  # ... is the highest rate tried where turns are known
 WIDTH_IN_DOUBT = 0.08
+POOR = 0.45  # cost above which a fit is not believed without having looked further
 COILS = 2  # peaks of the centre line's spectrum tried as coiling rates
 
 
@@ -230,20 +232,27 @@ def _search(
     for base, band in zip(bases, bands, strict=True):
         starts += _valleys(coarse, section, _rescaled(base, factor, shift), band, factor)
     starts.sort(key=lambda start: start[0])
-    coarse_scale = 2.0 * scale_px / factor
-    tried = [
-        descend(coarse, section, p, free, coarse_scale, iterations=5) for _, p in starts[:VALLEYS]
-    ]
     expected = bands[0].expected
-    tried = [(p, cost * doubt(p, expected * factor)) for p, cost in tried]
-    tried.sort(key=lambda found: found[1])
-    # Two valleys that are nearly as deep at reduced size may change places at full size.
-    best = [p for p, cost in tried if cost < 1.3 * tried[0][1] + 0.01][:2]
-    fits = [
-        fit_helix(edges, section, _rescaled(p, 1.0 / factor, -shift / factor), free, scale_px)
-        for p in best
-    ]
-    return min(fits, key=lambda f: f.cost * doubt(f.p, expected), default=None)
+    best: HelixFit | None = None
+    # What is no good fit after the deepest valleys may have missed its own.
+    for some in (starts[:VALLEYS], starts[VALLEYS : 3 * VALLEYS]):
+        if best is not None and best.cost < POOR:
+            break
+        tried = [
+            descend(coarse, section, p, free, 2.0 * scale_px / factor, iterations=5)
+            for _, p in some
+        ]
+        tried = [(p, cost * doubt(p, expected * factor)) for p, cost in tried]
+        tried.sort(key=lambda found: found[1])
+        # Two valleys that are nearly as deep at reduced size may change places at full size.
+        for p in [p for p, cost in tried if cost < 1.3 * tried[0][1] + 0.01][:2]:
+            start = _rescaled(p, 1.0 / factor, -shift / factor)
+            fit = fit_helix(edges, section, start, free, scale_px)
+            if best is None or fit.cost * doubt(fit.p, expected) < best.cost * doubt(
+                best.p, expected
+            ):
+                best = fit
+    return best
 
 
 def _valleys(
@@ -278,17 +287,19 @@ def _valleys(
         max(0.35, min(1.0, 0.2 * rho)),
         costs,
     )
-    lowest = costs.min(axis=1)
-    order = np.argsort(lowest[:count])
-    taken: list[int] = []
-    for i in order:
-        if all(abs(i - j) > 1 for j in taken):
-            taken.append(int(i))
+    # A section that is nearly four-fold has two deep valleys at one rate, a quarter turn apart.
+    around = np.pad(costs[:count], ((1, 1), (0, 0)), constant_values=np.inf)
+    around = np.concatenate([around[:, -1:], around, around[:, :1]], axis=1)
+    deep = costs[:count] <= minimum_filter(around, size=3)[1:-1, 1:-1]
+    at = np.argwhere(deep)
+    at = at[np.argsort(costs[:count][deep])][: 3 * VALLEYS]
+    best = [(int(i), int(j)) for i, j in at]
+    best += [(i, int(np.argmin(costs[i]))) for i in range(count, rates.size)]
     starts = []
-    for i in [*taken[:VALLEYS], *range(count, rates.size)]:
+    for i, j in best:
         p = base.copy()
-        p[K], p[PHI] = rates[i], phases[int(np.argmin(costs[i]))]
-        starts.append((float(lowest[i]) * doubt(p, band.expected * factor), p))
+        p[K], p[PHI] = rates[i], phases[j]
+        starts.append((float(costs[i, j]) * doubt(p, band.expected * factor), p))
     return starts
 
 
