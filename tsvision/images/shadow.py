@@ -28,9 +28,9 @@ def shadow_level(
     if min(part.shape) < 4:
         return least
     part = cv2.GaussianBlur(part, (3, 3), 0.6)
-    levels = np.arange(least, deepest + 0.01, 0.05)
+    levels = np.arange(least, max(deepest, least) + 0.01, 0.05)
     steps = [_steps(part, float(level)) for level in levels]
-    if any(s.size < 20 for s in steps[:1]):
+    if steps[0].size < 20:
         return least
     # A blurred step is steepest half way up.
     shape = norm.pdf(norm.ppf(np.clip(levels, 0.05, 0.95))) / norm.pdf(0.0)

@@ -22,6 +22,7 @@ SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are o
 SWINGS = 0.06  # share of a bundle's outline that changes between frames, at least
 ACROSS = 0.4  # of the ground's light: how far strings stand out across its colour, to rely on it
 MOVING_SHARE = 0.4  # of the axis' length that moves, from which nothing speaks against it
+DEEPEST_CHROMA = 0.25  # contrast to which blocks of compressed colour reach beside strands
 ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
 SEARCH_PX = 640  # long side of the pictures in which candidate axes are weighed
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
@@ -505,9 +506,11 @@ def _masks(
     """Masks of the strings in some strips, and the level below which shadows could be in them."""
     scaled = [_scaled_contrast(s, weights, width, by_distance, rough) for s in strips]
     least = [mask_level(c, 1.3 * width) for c, _ in scaled]
-    deepest = DEEPEST / ROUGH if rough else DEEPEST
+    # Where shadows have no colour only chroma's soft blocks are to be told from strands.
+    across = by_distance and not np.array_equal(weights, LUMA_BGR)
+    deepest = (DEEPEST_CHROMA if across else DEEPEST) / (ROUGH if rough else 1.0)
     shadows = [
-        shadow_level(c, 1.3 * width, low, deepest) if black > DARKENS else 0.0
+        shadow_level(c, 1.3 * width, low, deepest) if by_distance or black > DARKENS else 0.0
         for (c, black), low in zip(scaled, least, strict=True)
     ]
     shadow = float(np.median(shadows))
