@@ -21,8 +21,9 @@ from tests.bench.pictures48_draw import cases, draw
 from tsvision.measures.bundle import fit_window
 from tsvision.measures.cut import cut_frame, find_edges
 from tsvision.measures.helix import model_edges
-from tsvision.measures.looks import Looks, learn_looks, near_window
+from tsvision.measures.looks import Looks, learn_looks
 from tsvision.measures.shading import EdgeProfile, fit_shading
+from tsvision.measures.windows import near_window
 from tsvision.records import Rig, Scale, Strings, View
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "measuring"

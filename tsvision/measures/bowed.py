@@ -25,6 +25,7 @@ from tsvision.records import Frame, FrameResult, FrameRow, KnotSighting, Profile
 NAN = float("nan")
 FUZZY = 0.1  # share of columns with hairs from which the frame is flagged
 AGREE = 0.12  # relative difference of D and strand repeat between helix and rope
+TOLD = 0.9  # confidence from which a number of strands is as good as given
 GUESSED_RMS = 0.015  # of D: how well an outline must follow a section that nobody told
 END_DIAMETERS = 1.5  # knots are not sought so near to a cord's ends
 BANDED = 0.4  # slope of coarse bands from which they tell the bundle's sense
@@ -59,6 +60,7 @@ def learn_bowed(
         return None, looks
     few = [pictures[i] for i in sorted({len(pictures) * k // 4 for k in (1, 2, 3)})]
     count, by_length = rig.strings.count, needs_curve(rig)
+    told = count is not None or (looks is not None and looks.strand_count_confidence > TOLD)
     taut = count is not None and not by_length
     if taut and looks is not None and _held(looks, len(pictures)):
         return None, looks
@@ -72,7 +74,7 @@ def learn_bowed(
     if not curve.bowed and looks is not None:
         if by_length:
             looks = learn_looks(pictures, rig, scale)
-        if curve.legs or (count is not None and not astray):
+        if curve.legs or (told and not astray):
             return None, looks
     sight = curve.sight
     if curve.bowed or astray:

@@ -12,6 +12,7 @@ import numpy as np
 from tsvision.images.linear import LUMA_BGR
 from tsvision.images.sight import Sight, find_sight
 from tsvision.measures.bundle import BundleFit, fit_window
+from tsvision.measures.count import count_strands
 from tsvision.measures.cut import (
     Cut,
     brightness_of,
@@ -24,6 +25,7 @@ from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.helix import Section, model_edges
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import Shading, fit_shading, plain_shading
+from tsvision.measures.windows import near_window
 from tsvision.records import Rig, Scale
 
 SAMPLED_FRAMES = 8
@@ -74,9 +76,7 @@ def learn_looks(
     )
     if sight is None:
         return None
-    count = given or 2
-    section = pair_core(count)
-    strand_px = sight.width_px / section.diameter_d
+    strand_px = sight.width_px / pair_core(given or 2).diameter_d
     half = int(np.ceil(2.3 * sight.width_px)) + 6
     cuts = [c for p in pictures if (c := cut_frame(p, sight, strand_px, half)) is not None]
     if not cuts:
@@ -91,6 +91,9 @@ def learn_looks(
             sight, ends = other, there
     sight = _between(sight, ends)
     cuts = [c for p in pictures if (c := cut_frame(p, sight, strand_px, half)) is not None] or cuts
+    count, sure = (given, 1.0) if given is not None else _counted(cuts, sight, rig, scale)
+    section = pair_core(count)
+    strand_px = sight.width_px / section.diameter_d
     shading = learn_shading(cuts, 0.5 * strand_px, sight.sense) or _plain(0.5 * strand_px)
     diameter = sight.width_px
     for _ in range(2):
@@ -106,7 +109,7 @@ def learn_looks(
         section=section,
         strand_count=count,
         strand_count_given=given is not None,
-        strand_count_confidence=1.0 if given is not None else 0.5,
+        strand_count_confidence=sure,
         shading=shading,
         diameter_px=diameter,
         half_px=max(half, int(np.ceil(2.2 * diameter)) + 6),
@@ -137,6 +140,10 @@ def _between(sight: Sight, ends: Ends) -> Sight:
     return replace(sight, start_px=start, end_px=end)
 
 
+def _counted(cuts: list[Cut], sight: Sight, rig: Rig, scale: Scale) -> tuple[int, float]:
+    return count_strands(cuts, sight, rig.strings.diameter_mm / scale.mm_per_px)
+
+
 def _in_colour(shade: Shading) -> Shading:
     return replace(shade, place_sd_px=float(np.hypot(shade.place_sd_px, COLOUR_PLACE_SD_PX)))
 
@@ -154,16 +161,6 @@ def _possible_widths(rig: Rig, scale: Scale) -> tuple[float, float] | None:
     count = rig.strings.count
     outer = pair_core(min(count, 8)).diameter_d if count else 3.7
     return d / scale.mm_per_px, 2.2 * outer * d / scale.mm_per_px
-
-
-def near_window(cut: Cut, diameter_px: float, skip: float = 1.2, length: float = 7.0):
-    """s_low, s_high of a first fit beside the apex, in widths; None if the bundle is too short."""
-    columns = np.flatnonzero(cut.silhouette.bundle)
-    if columns.size < 2.5 * diameter_px:
-        return None
-    low = cut.s_px[columns[0]] + skip * diameter_px
-    high = min(low + length * diameter_px, cut.s_px[columns[-1]] - 0.3 * diameter_px)
-    return (low, high) if high - low > 1.5 * diameter_px else None
 
 
 def _settle(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import grey_closing, uniform_filter1d
 
+from tsvision.measures.cut import Cut
 from tsvision.measures.helix import Edges
 
 UNEVEN = 1.18  # of the baseline's half width: from here on a column belongs to a knot
@@ -46,3 +47,15 @@ def even_stretches(
         for a, b in zip(firsts, lasts, strict=True)
         if grid[b] - grid[a] > 3.2 * diameter_px
     ] or [(low_px, high_px)]
+
+
+def near_window(
+    cut: Cut, diameter_px: float, skip: float = 1.2, length: float = 7.0
+) -> tuple[float, float] | None:
+    """s_low, s_high of a first fit beside the apex, in widths; None if the bundle is too short."""
+    columns = np.flatnonzero(cut.silhouette.bundle)
+    if columns.size < 2.5 * diameter_px:
+        return None
+    low = float(cut.s_px[columns[0]]) + skip * diameter_px
+    high = min(low + length * diameter_px, float(cut.s_px[columns[-1]]) - 0.3 * diameter_px)
+    return (low, high) if high - low > 1.5 * diameter_px else None
