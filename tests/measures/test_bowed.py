@@ -17,7 +17,7 @@ from tsvision.records import Camera, Frame, FrameResult, Rig, Scale, Strings
 
 CURVE = bow(620, 90.0, 130.0)
 LENGTH_PX = float(np.linalg.norm(np.diff(CURVE, axis=0), axis=1).sum()) * 620 / 660
-# The rope's D is read where the brightness falls most steeply, mended by the limb's shading: on
+# The rope's D is read where the brightness falls most steeply, inside the darkening limb: on
 # these cords of 32 px that was 0.5 to 1.1 px low (as is the helix fit there).
 D_TOLERANCE_PX = 1.5
 

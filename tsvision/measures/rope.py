@@ -19,13 +19,11 @@ from tsvision.images.curve import KNOT_WIDTHS, Curve, cord_contrast, core_mask, 
 from tsvision.images.linear import LUMA_BGR, project, to_linear
 from tsvision.images.sight import Sight
 from tsvision.images.strip import cut_strip
-from tsvision.measures.shading import edge_samples, fit_shading, mean_profile
 from tsvision.measures.stripes import Stripes, coarse_slope, find_stripes
 
 PERCENTILE = 94.0
 WINDOW_DIAMETERS = 2.0
 TUFT = 0.2  # of the width
-LIMB = 0.04  # of the width
 
 
 @dataclass(frozen=True)
@@ -69,8 +67,6 @@ def measure_rope(
     good = weight > 0.3
     if good.sum() < 2.0 * width:
         return None
-    moves = _limb(contrast, half, upper, lower, weight, width)
-    upper, lower = upper + moves[0], lower - moves[1]
     s = strip.s_px
     middle = smooth(s[good], 0.5 * (upper + lower)[good], weight[good], KNOT_WIDTHS * width)
     centre = middle(np.clip(s, s[good][0], s[good][-1]))
@@ -137,33 +133,6 @@ def _edge(
     steep = np.clip(b / max(typical, 1e-9), 0.0, 1.0) ** 2
     weight = np.where(fits & ~np.isnan(contrast[rows, column[None, :]]).any(axis=0), steep, 0.0)
     return edge, weight
-
-
-def _limb(
-    contrast: np.ndarray,
-    half: int,
-    upper: np.ndarray,
-    lower: np.ndarray,
-    weight: np.ndarray,
-    width: float,
-) -> tuple[float, float]:
-    """How far (px) the true edges lie outside the steepest falls: round strands darken towards
-    their limbs, so that the fall begins inside. The shading model is fitted to the median profile
-    of the clearest edges; no more than LIMB of the width is believed of it."""
-    clear = weight > 0.6
-    if clear.sum() < 20:
-        return 0.0, 0.0
-    sides = []
-    for edge, outward in ((upper, 1), (lower, -1)):
-        rows, level = edge[clear] + half, np.zeros(int(clear.sum()))
-        samples = edge_samples(contrast[:, clear], rows, level, outward, 0.2 * width)
-        profile = mean_profile(*samples)
-        if profile is None:
-            return 0.0, 0.0
-        sides.append(profile)
-    *_, place = fit_shading((sides[0], sides[1]), 0.24 * width)
-    out = np.clip(-place, 0.0, LIMB * width)
-    return float(out[0]), float(out[1])
 
 
 def _proper(upper: np.ndarray, lower: np.ndarray, weight: np.ndarray, width: float) -> np.ndarray:
