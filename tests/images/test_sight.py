@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
+from tsvision.images.curve import find_curve
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.shadow import shadow_level
 from tsvision.images.sight import Sight, find_sight
@@ -100,3 +101,30 @@ def test_motion_is_where_the_strands_are() -> None:
     assert moving_share(cable, 18.0, motion, WIDTH_PX) < 0.1
     assert motion_picture(pictures[:2]) is None
     assert motion_picture([pictures[0]] * 6) is None
+
+
+def grain_and_plies() -> list[np.ndarray]:
+    """Blue and yellow strands on brown ground with dark grain lines that run along them."""
+    rows, columns = np.mgrid[0:600, 0:400].astype(float)
+    pictures = []
+    for turns in (4.0, 5.0, 6.0):
+        grain = 1.0 - 0.45 * (np.sin(0.35 * columns + 3.0 * np.sin(rows / 60.0)) > 0.6)
+        picture = grain[..., None] * np.array([0.08, 0.22, 0.45])
+        phase = 2 * np.pi * turns * rows / 600.0
+        for k, colour in enumerate(((0.55, 0.2, 0.08), (0.12, 0.55, 0.55))):
+            picture[np.abs(columns - 200.0 - 9.0 * np.cos(phase + np.pi * k)) < 9.0] = colour
+        picture = cv2.GaussianBlur(picture, (0, 0), 0.8)
+        pictures.append(np.round(255.0 * picture ** (1 / 2.2)).astype(np.uint8))
+    return pictures
+
+
+@pytest.mark.parametrize("region", [None, (100, 50, 200, 500), (150, 20, 120, 560)])
+def test_no_grain_is_followed_beside_strands_of_two_colours(
+    region: tuple[int, int, int, int] | None,
+) -> None:
+    pictures = grain_and_plies()
+    sight = find_sight(pictures, region)
+    assert sight is not None and sight.by_distance
+    assert sight.width_px == pytest.approx(36.0, abs=5.0)
+    curve = find_curve(pictures, sight, region, closely=True)
+    assert curve is None or (curve.alike and not curve.bowed)

@@ -20,7 +20,14 @@ from scipy.sparse.csgraph import dijkstra
 from tsvision.images.axis import find_ridges
 from tsvision.images.colour import Ground, colour_contrast, learn_ground
 from tsvision.images.linear import LUMA_BGR, project, to_linear
-from tsvision.images.sight import SEARCH_PX, Sight, ground_level, mask_level, string_mask
+from tsvision.images.sight import (
+    SEARCH_PX,
+    Sight,
+    ground_level,
+    mask_level,
+    single_columns,
+    string_mask,
+)
 from tsvision.images.sight import _axis_of as line_of_ridge
 from tsvision.images.sight import _contrast as straight_contrast
 from tsvision.images.sight import _legs as leg_columns
@@ -30,6 +37,7 @@ FOLLOW_PX = 480  # long side of the picture in which the cord is followed
 LEVEL = 0.35  # share of the core's contrast at which strings begin
 KNOT_WIDTHS = 4.0  # the axis' knots lie so many widths apart
 BOW_WIDTHS = 8.0  # and these when it is asked whether the axis bows
+ALONG = 0.5  # of the length that a cord lies on the straight axis: the least that is followed
 BOWED = 0.5  # widths off the chord from which an axis counts as curved
 SURELY_STRAIGHT = 0.3  # widths in the small picture below which no closer look is needed
 SHORTEST_WIDTHS = 4.0
@@ -76,9 +84,13 @@ def find_curve(
     A line laid across a strong bow may miss the cord; then the ridges that it was chosen from are
     followed one by one.
     """
-    found = _find_on(pictures, sight, roi_px, closely)
+    # Strands of several colours, once told from the ground, are no shadow and no grain of wood.
+    seen = _straight_px(pictures, sight, roi_px) if sight.by_distance else 0.0
+    found = _find_on(pictures, sight, roi_px, closely, seen)
     if found is not None:
         return found
+    if seen > ALONG * (sight.end_px - sight.start_px):
+        return None  # the line lies on a long straight cord: nothing was missed
     shape = pictures[0].shape[:2]
     others = [
         replace(
@@ -104,8 +116,9 @@ def _find_on(
     sight: Sight,
     roi_px: tuple[int, int, int, int] | None,
     closely: bool,
+    least_px: float = 0.0,
 ) -> Curve | None:
-    """The cord followed from one straight axis."""
+    """The cord followed from one straight axis; None if shorter than most of `least_px`."""
     shape = pictures[0].shape[:2]
     x0, y0, w, h = roi_px if roi_px else (0, 0, shape[1], shape[0])
     parts = [p[y0 : y0 + h, x0 : x0 + w] for p in pictures]
@@ -114,12 +127,16 @@ def _find_on(
     bundle = _bundle_range(parts, sight, (x0, y0))
     line = _in_part(sight.axis, x0, y0, factor)
     coloured = learn_ground(linears[0])
-    for ground in (coloured, None) if coloured is not None else (None,):
+    # Strands of several colours show in no one weighted sum of channels.
+    grounds = [coloured] if coloured is None or sight.by_distance else [coloured, None]
+    for ground in grounds:
         maps = [_cord_map(p, line, sight, factor, ground) for p in linears]
         path = _follow(np.median(maps, axis=0), line, ground is not None)
         if path is None:
             continue
         points, width = path[0] / factor, path[1] / factor
+        if float(_arc(points)[-1]) < ALONG * least_px:
+            continue  # a piece of something, where the straight line sees more
         points += 0.5 / factor - 0.5 + np.array([x0, y0])
         axis = _spline_axis(points, width)
         rough = Curve(
@@ -132,9 +149,29 @@ def _find_on(
             return rough
         full = [to_linear(p, sight.gamma) for p in pictures]
         found = _settle(axis, width, full, sight, ground, (x0, y0, w, h), bundle)
-        if found is not None:
+        if found is not None and found.end_px - found.start_px > ALONG * least_px:
             return found
     return None
+
+
+def _straight_px(
+    pictures: list[np.ndarray], sight: Sight, roi_px: tuple[int, int, int, int] | None
+) -> float:
+    """Over what length a cord of its width lies on the straight axis, px of the picture."""
+    x0, y0, w, h = roi_px if roi_px else (0, 0, *pictures[0].shape[1::-1])
+    factor = min(1.0, SEARCH_PX / max(w, h))
+    ends = sight.axis.at(np.array([sight.start_px, sight.end_px])) - np.array([x0, y0])
+    ends = (ends + 0.5) * factor - 0.5
+    axis, width = straight_axis(ends[0], ends[1]), sight.width_px * factor
+    half = int(np.ceil(4.0 * width)) + 6
+    lengths = []
+    for picture in pictures:
+        linear = to_linear(_small(picture[y0 : y0 + h, x0 : x0 + w], factor), sight.gamma)
+        strip = cut_strip(linear, axis, (0.0, axis.length_px), half)
+        contrast = straight_contrast(strip, sight.weights, width, sight.by_distance)
+        level = max(mask_level(contrast, 1.3 * width), sight.shadow_level)
+        lengths.append(single_columns(string_mask(contrast, 0.2 * width, level), half, width).sum())
+    return float(np.median(lengths)) / factor
 
 
 def _bundle_range(
@@ -365,7 +402,7 @@ def _runs(
     reach = 2.0 * width
     strips = [cut_strip(p, axis, (-reach, axis.length_px + reach), half) for p in full]
     maps = [cord_contrast(s.values, sight.weights, ground, width) for s in strips]
-    contrast = maps[0] if len(maps) == 1 else np.nanmedian(maps, axis=0)
+    contrast = maps[0] if len(maps) == 1 else _median_of(maps)
     s = strips[0].s_px
     n = np.arange(-half, half + 1)
     mask = core_mask(np.nan_to_num(contrast), width, ground is not None)
@@ -436,6 +473,16 @@ def _settle(
     alike = _alike(axis, sight, 0.5 * (start + end), width)
     legs = bool(np.isfinite(bundle).any())
     return Curve(axis, width, start, end, bow, ground, alike, legs, sight)
+
+
+def _median_of(maps: list[np.ndarray]) -> np.ndarray:
+    """Median of some maps (R, M) place by place, over those that know it; NaN where none does."""
+    ordered = np.sort(np.stack(maps), axis=0)  # NaN last
+    known = np.isfinite(ordered).sum(axis=0)
+    low, high = np.maximum(known - 1, 0) // 2, known // 2
+    high = np.minimum(high, np.maximum(known - 1, 0))
+    pick = [np.take_along_axis(ordered, i[None], axis=0)[0] for i in (low, high)]
+    return 0.5 * (pick[0] + pick[1])
 
 
 def _stretch(core: np.ndarray, gap: int) -> tuple[int, int]:

@@ -337,11 +337,16 @@ def _plausible(width: float, possible: tuple[float, float] | None) -> float:
     return 1.0 if low <= width <= high else 0.1
 
 
-def _support(mask: np.ndarray, half: int, width: float) -> float:
+def single_columns(mask: np.ndarray, half: int, width: float) -> np.ndarray:
+    """Columns (M,) bool with one run of about the bundle's width on the axis."""
     low, high = _scan(mask, half, 0.25 * width)[:2]
     size, centre = high - low + 1, 0.5 * (low + high)
     with np.errstate(invalid="ignore"):
-        single = (np.abs(centre) < 0.3 * width) & (size > 0.35 * width) & (size < 1.7 * width)
+        return (np.abs(centre) < 0.3 * width) & (size > 0.35 * width) & (size < 1.7 * width)
+
+
+def _support(mask: np.ndarray, half: int, width: float) -> float:
+    single = single_columns(mask, half, width)
     legs = _legs(mask, half, width)
     middle = np.median(np.flatnonzero(single)) if single.any() else 0.0
     s = np.arange(mask.shape[1])
