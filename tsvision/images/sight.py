@@ -23,6 +23,7 @@ SWINGS = 0.06  # share of a bundle's outline that changes between frames, at lea
 ACROSS = 0.4  # of the ground's light: how far strings stand out across its colour, to rely on it
 MOVING_SHARE = 0.4  # of the axis' length that moves, from which nothing speaks against it
 DEEPEST_CHROMA = 0.25  # contrast to which blocks of compressed colour reach beside strands
+FEWEST_PX = 24  # on a picture's or region's short side
 ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
 SEARCH_PX = 640  # long side of the pictures in which candidate axes are weighed
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
@@ -165,6 +166,8 @@ def find_sight(
     separator's first, as a person gave them; the line is then only refined, not sought. None when
     no bundle is in view.
     """
+    if min(*pictures[0].shape[:2], *(roi_px[2:] if roi_px else ())) < FEWEST_PX:
+        return None
     # Not the ends: a film that winds and unwinds begins and ends with hardly a turn, legs alone.
     few = [pictures[i] for i in sorted({len(pictures) * k // 4 for k in (1, 2, 3)})]
     ridges = find_ridges(few, roi_px, widths_px)
@@ -511,9 +514,8 @@ def _masks(
     """Masks of the strings in some strips, and the level below which shadows could be in them."""
     scaled = [_scaled_contrast(s, weights, width, by_distance, rough) for s in strips]
     least = [mask_level(c, 1.3 * width) for c, _ in scaled]
-    # Where shadows have no colour only chroma's soft blocks are to be told from strands.
-    across = by_distance and not np.array_equal(weights, LUMA_BGR)
-    deepest = (DEEPEST_CHROMA if across else DEEPEST) / (ROUGH if rough else 1.0)
+    # Strands of several colours stand out by several amounts: only what is soft far down may go.
+    deepest = (DEEPEST_CHROMA if by_distance else DEEPEST) / (ROUGH if rough else 1.0)
     shadows = [
         shadow_level(c, 1.3 * width, low, deepest) if by_distance or black > DARKENS else 0.0
         for (c, black), low in zip(scaled, least, strict=True)

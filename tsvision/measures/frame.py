@@ -23,6 +23,7 @@ from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px
 from tsvision.records import Frame, FrameResult, FrameRow
 
 NAN = float("nan")
+LEGS_TURNS = 0.25  # turns that the legs hold between holes and apex: below, nothing is twisted
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,8 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
     flags = Flag(0)
     row = _known(frame, looks, turns)
     assert frame.pixels is not None
+    if abs(turns) < LEGS_TURNS:
+        return _failed(row, Flag.TOO_FEW_TURNS), warm
     strand_px = looks.diameter_px / looks.section.diameter_d
     cut = cut_frame(frame.pixels, looks.sight, strand_px, looks.half_px)
     if cut is None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
 from tsvision.images.linear import LUMA_BGR
@@ -23,12 +24,16 @@ from tsvision.measures.cut import (
 )
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.helix import Section, model_edges
+from tsvision.measures.search import POOR
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import Shading, fit_shading, plain_shading
 from tsvision.measures.windows import near_window
 from tsvision.records import Rig, Scale
 
 SAMPLED_FRAMES = 8
+# What numerics raise on pictures without a usable edge; anything else is a fault of the code.
+UNLEARNABLE = (ValueError, FloatingPointError, ZeroDivisionError, np.linalg.LinAlgError, cv2.error)
+THIN = 0.6  # of the section's width: what is thinner is no bundle of these strands
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
 
 
@@ -67,7 +72,26 @@ def learn_looks(
     pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | None = None
 ) -> Looks | None:
     """Find the bundle (unless `sight` tells where) and learn its looks from some pictures of one
-    size; None if there is none."""
+    size; None if there is none. Never raises on what they show: pictures from which nothing can be
+    learnt are left out."""
+    try:
+        return _learn(pictures, rig, scale, sight)
+    except UNLEARNABLE:
+        usable = [p for p in pictures if _teaches(p, rig, scale, sight)]
+    try:
+        return _learn(usable, rig, scale, sight) if usable else None
+    except UNLEARNABLE:
+        return None
+
+
+def _teaches(picture: np.ndarray, rig: Rig, scale: Scale, sight: Sight | None) -> bool:
+    try:
+        return _learn([picture], rig, scale, sight) is not None
+    except UNLEARNABLE:
+        return False
+
+
+def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | None) -> Looks | None:
     given = rig.strings.count
     widths = _possible_widths(rig, scale)
     view = rig.view
@@ -76,6 +100,8 @@ def learn_looks(
     )
     if sight is None:
         return None
+    if given and widths and sight.width_px < THIN * pair_core(given).diameter_d * widths[0]:
+        return None  # one leg of two that have not met: it has half of the strands
     strand_px = sight.width_px / pair_core(given or 2).diameter_d
     half = int(np.ceil(2.3 * sight.width_px)) + 6
     cuts = [c for p in pictures if (c := cut_frame(p, sight, strand_px, half)) is not None]
@@ -182,7 +208,7 @@ def _settle(
         fit = fit_window(edges, section, low, high, diameter, float("nan"), before)
         if fit is not None and fit.fit.rms_px < max(0.6, 0.03 * diameter):
             fits.append((cut, fit))
-            before = fit
+            before = fit if fit.fit.cost < POOR else None
     if not fits:
         return shading, diameter
     fits = _best(fits)

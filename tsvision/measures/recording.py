@@ -15,7 +15,7 @@ import numpy as np
 from tsvision.flags import Flag, flags_to_text
 from tsvision.images.frames import iter_frames
 from tsvision.measures.bowed import Bowed, learn_bowed, measure_bowed
-from tsvision.measures.frame import Warm, measure_frame
+from tsvision.measures.frame import LEGS_TURNS, Warm, measure_frame
 from tsvision.measures.looks import Looks, learn_looks, pick_samples
 from tsvision.measures.scale import resolve_scale
 from tsvision.records import Frame, FrameResult, FrameRow, Recording, Rig
@@ -63,6 +63,8 @@ class Measurer:
             return _empty(frame, turns, Flag.WRONG_SIZE)
         if _is_blank(frame.pixels):
             return _empty(frame, turns, Flag.BLANK)
+        if self.bowed is not None and abs(turns) < LEGS_TURNS:
+            return _empty(frame, turns, Flag.TOO_FEW_TURNS)
         if self.bowed is not None:
             result, self.warm = measure_bowed(frame, self.bowed, turns, self.warm)
         elif self.looks is not None:

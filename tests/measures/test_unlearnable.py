@@ -1,0 +1,64 @@
+"""Pictures from which nothing can be learnt: no exception, no number."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from synth.build import make_settings
+from synth.recording import write_recording
+from tsvision.flags import Flag, flags_from_text
+from tsvision.images.frames import iter_frames, open_recording
+from tsvision.measures.recording import Measurer
+from tsvision.records import Camera, Frame, Recording, Rig, Strings
+from tsvision.rig import load_rig
+
+TOLD = Rig(strings=Strings(count=2, diameter_mm=0.24), camera=Camera(mm_per_px=0.03))
+
+
+@pytest.mark.parametrize("rig", [Rig(), TOLD])
+@pytest.mark.parametrize("shape", [(1, 640), (640, 1), (1, 1), (7, 7), (16, 16), (60, 40)])
+@pytest.mark.parametrize("count", [1, 5])
+def test_tiny_and_empty_pictures(shape: tuple[int, int], count: int, rig: Rig) -> None:
+    random = np.random.default_rng(2)
+    line = np.full(shape, 20, np.uint8)
+    line[:, shape[1] // 2] = 255
+    noise = random.integers(0, 256, shape, dtype=np.uint8)
+    for picture in (np.zeros(shape, np.uint8), np.full(shape, 255, np.uint8), line, noise):
+        for pixels in (picture, np.dstack([picture] * 3)):
+            measurer = Measurer(rig)
+            measurer.prime([pixels] * count)
+            measurer.measure(Frame(0, "picture.png", pixels), 3.0)
+            if min(shape) < 24:
+                assert measurer.looks is None and measurer.bowed is None
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    size: dict[str, object] = {"camera.width_px": 960, "camera.height_px": 400}
+    folder = tmp_path_factory.mktemp("film") / "film"
+    write_recording(folder, make_settings((0.0, 0.1, 6.0, 12.0, 18.0), changes=size))
+    return open_recording(folder, load_rig(folder / "rig.toml"))
+
+
+def test_untwisted_legs_have_no_diameter(film: Recording) -> None:
+    """Two straight legs are no bundle, whether the looks come from the film or from them alone."""
+    frames = list(iter_frames(film))
+    pictures = [f.pixels for f in frames if f.pixels is not None]
+    for primed in (pictures, pictures[:1]):
+        measurer = Measurer(film.rig)
+        measurer.prime(primed)
+        for frame in frames[:2]:
+            row = measurer.measure(frame, float(film.turns[frame.index])).row
+            assert flags_from_text(row.flags) & (Flag.TOO_FEW_TURNS | Flag.NO_BUNDLE)
+            assert np.isnan(row.diameter_px) and np.isnan(row.pitch_px)
+
+
+def test_one_leg_is_no_bundle_where_the_string_is_known(film: Recording) -> None:
+    """Nobody tells of the turns: the leg is half as wide as two strands side by side."""
+    first = next(iter_frames(film))
+    assert first.pixels is not None
+    measurer = Measurer(film.rig)
+    measurer.prime([first.pixels])
+    assert measurer.looks is None
+    assert np.isnan(measurer.measure(first).row.pitch_px)
