@@ -21,18 +21,20 @@ from tsvision.measures.search import (
 NAN = float("nan")
 SWINGS = 0.03  # rms of the middle line over D from which a coil is tried, ...
 SWINGS_WIDELY = 0.08  # ... and from which nothing else is
+POOR_FRAMES = 5  # for which a poor fit is carried on before all is searched again
 COIL_PAYS = 0.85  # share of a straight fit's cost that a coiled one must stay below
 
 
 @dataclass(frozen=True)
 class BundleFit:
-    """A fit, the stretch of s that it describes, and the rate (rad/px) that the motor's turns led
-    one to expect there, NaN when unknown."""
+    """A fit, the stretch of s that it describes, the rate (rad/px) that the motor led one to
+    expect there (NaN: unknown), and for how many frames it was only carried on."""
 
     fit: HelixFit
     s_low_px: float
     s_high_px: float
     expected_rate: float = float("nan")
+    carried: int = 0
 
     @property
     def middle_px(self) -> float:
@@ -96,7 +98,8 @@ def fit_window(
             )
     if best is None:
         return None
-    return BundleFit(best, float(part.s_px[0]), float(part.s_px[-1]), expected_rate)
+    carried = before.carried + 1 if holds and before is not None else 0
+    return BundleFit(best, float(part.s_px[0]), float(part.s_px[-1]), expected_rate, carried)
 
 
 def _searched(
@@ -152,7 +155,10 @@ def _holds(warm: HelixFit | None, before: BundleFit | None) -> bool:
     """Whether a fit carried over from the frame before is good, and as good as that one was."""
     if warm is None or before is None:
         return False
-    return warm.cost < min(POOR, 1.3 * before.fit.cost + 0.03)
+    if warm.cost < POOR:
+        return warm.cost < 1.3 * before.fit.cost + 0.03
+    # No good fit, but as good as the last full search's: that is not repeated every frame.
+    return before.carried < POOR_FRAMES and warm.cost < 1.05 * before.fit.cost
 
 
 def swing_px(edges: Edges) -> float:

@@ -40,6 +40,8 @@ FLOOR = 0.003  # of a profile's span: what the model cannot describe at the limb
 FLOOR_GROWTH = 20.0  # ... growing inwards, where neighbours shade and gleam
 BIN_PX = 0.25
 OUTSIDE_PX = 5.0
+FURTHEST_PX = 4.5  # outside the edge assumed
+RIVAL = 1.5  # times the best cost
 
 
 @dataclass(frozen=True)
@@ -168,18 +170,28 @@ def fit_shading(
     outside the edge assumed).
     """
     system = _System(profiles, rho_px, sense, brightness)
-    start = np.array([np.clip(blur_start_px, 0.4, 5.5), 0.0, 0.0])
-    fit = least_squares(
-        system.residuals,
-        start,
-        bounds=([0.35, -2.5, -2.5], [6.0, 2.5, 2.5]),
-        diff_step=1e-3,
-        x_scale=[0.2, 0.2, 0.2],
-        max_nfev=40,
-    )
+    blur = float(np.clip(blur_start_px, 0.4, 5.5))
+    # Where a lamp's light ends short of a limb that sends none, what is seen is the terminator:
+    # the edge then lies far outside, and the fit has to be told to look there.
+    fits = [
+        least_squares(
+            system.residuals,
+            np.array([blur, *places]),
+            bounds=([0.35, -FURTHEST_PX, -FURTHEST_PX], [6.0, 2.5, 2.5]),
+            diff_step=1e-3,
+            x_scale=[0.2, 0.2, 0.2],
+            max_nfev=40,
+        )
+        for places in ((0.0, 0.0), (-0.7 * rho_px, 0.0), (0.0, -0.7 * rho_px))
+        if min(places) > -FURTHEST_PX
+    ]
+    fit = min(fits, key=lambda f: f.cost)
     light = system.solve(fit.x)[0]
     covariance = np.linalg.pinv(fit.jac.T @ fit.jac)
     width_sd = float(np.sqrt(max(covariance[1:, 1:].sum(), 0.0)))
+    # Another place that explains the profiles nearly as well cannot be ruled out.
+    apart = [abs(float((f.x - fit.x)[1:].sum())) for f in fits if f.cost < RIVAL * fit.cost + 1.0]
+    width_sd = float(np.hypot(width_sd, 0.5 * max(apart)))
     sides = []
     for i, own in enumerate(light.reshape(2, -1)):
         lamps = sense * own[1 : 1 + LAMPS_RAD.size]
