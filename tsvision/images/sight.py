@@ -515,9 +515,10 @@ def _masks(
     scaled = [_scaled_contrast(s, weights, width, by_distance, rough) for s in strips]
     least = [mask_level(c, 1.3 * width) for c, _ in scaled]
     # Strands of several colours stand out by several amounts: only what is soft far down may go.
+    by_colour = by_distance or not np.array_equal(weights, LUMA_BGR)
     deepest = (DEEPEST_CHROMA if by_distance else DEEPEST) / (ROUGH if rough else 1.0)
     shadows = [
-        shadow_level(c, 1.3 * width, low, deepest) if by_distance or black > DARKENS else 0.0
+        shadow_level(c, 1.3 * width, low, deepest) if by_colour or black > DARKENS else 0.0
         for (c, black), low in zip(scaled, least, strict=True)
     ]
     shadow = float(np.median(shadows))
