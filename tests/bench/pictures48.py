@@ -1,6 +1,7 @@
 """Diameter, angle and sense of twist on pictures with known truth, beside what a user would pick.
 
-Run `python -m tests.bench.pictures48 [--strings 2 4 6 8] [--mesh] [--each] [--no-peers]`. Every
+Run `python -m tests.bench.pictures48 [--strings 2 4 6 8] [--mesh] [--each] [--no-peers]
+[--untold]`. Every
 picture is measured cold, as a recording of one frame, knowing the number of strings and nothing
 else: no scale, no turns, no neighbours. `--mesh` draws with pyvista instead (needs OpenGL).
 Seconds are CPU seconds of one thread.
@@ -154,6 +155,25 @@ def run(strings: int, mesh: bool, each: bool, peers: bool, plotter: object = Non
     print(f"\nLearning a recording's looks: {learn:.0f} ms, once.\n", flush=True)
 
 
+def count(strings: int, mesh: bool, plotter: object = None) -> None:
+    """Measure one set without telling N, and print how often it is found."""
+    rows = []
+    for case in cases(strings):
+        measurer = Measurer(Rig(view=View(separator_side="none")))
+        picture = draw_mesh(case, plotter) if mesh else draw(case)
+        rows.append(measurer.measure(Frame(0, "picture.png", picture)).row)
+    right = [row.strand_count == strings for row in rows]
+    sure = [row.strand_count_confidence for row, good in zip(rows, right, strict=True) if good]
+    others = sorted(
+        f"{row.strand_count:.0f}" for row, good in zip(rows, right, strict=True) if not good
+    )
+    print(
+        f"| {strings} | {sum(right)} of {len(right)} | {', '.join(others)} "
+        f"| {np.median(sure) if sure else NAN:.2f} |",
+        flush=True,
+    )
+
+
 def main() -> None:
     """Print a table for every number of strings asked for."""
     cv2.setNumThreads(1)
@@ -162,6 +182,9 @@ def main() -> None:
     parser.add_argument("--mesh", action="store_true", help="draw with pyvista")
     parser.add_argument("--each", action="store_true", help="every picture, on stderr")
     parser.add_argument("--no-peers", action="store_true")
+    parser.add_argument(
+        "--untold", action="store_true", help="do not tell N; count how often it is found"
+    )
     given = parser.parse_args()
     plotter = None
     if given.mesh:
@@ -171,6 +194,11 @@ def main() -> None:
 
         require_opengl()
         plotter = pyvista.Plotter(off_screen=True, window_size=[4 * WIDTH, 4 * HEIGHT])
+    if given.untold:
+        print("| N | found | else taken for | median confidence |\n| --- | --- | --- | --- |")
+        for strings in given.strings:
+            count(strings, given.mesh, plotter)
+        return
     warm = cases(2)[0]
     measure(warm, draw(warm))  # compiled before the clock runs
     for strings in given.strings:

@@ -141,7 +141,7 @@ def _carried_on(
     fit, section = before.fit, before.fit.section
     diameter = fit.diameter_px
     rate = float(fit.p[K])
-    grown = expected_rate / before.expected_rate if before.expected_rate else NAN
+    grown = expected_rate / before.expected_rate if before.expected_rate > 0.0 else NAN
     moved = rate * float(np.clip(grown, 0.7, 1.4)) if np.isfinite(grown) else rate
     margin = 0.04 * abs(rate) + 0.2 / max(float(np.ptp(part.s_px)), 1.0)
     band = Band(min(rate, moved) - margin, max(rate, moved) + margin, expected_rate)

@@ -12,8 +12,8 @@ def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float)
     light (R, M) linear light; centre_row (M,) the bundle's middle, along which the strip is
     straightened so that coiling does not count; half_width_px: rows used on either side (keep
     inside the edges, whose own slope alternates). Its logarithm is taken, so that lit and shadow
-    side weigh
-    alike and backlit strands, dark all over, still show their ridges.
+    side weigh alike and backlit strands, dark all over, still show their ridges. Ridges run along
+    the bundle more than across: noise is smoothed away along it.
     Positive: ridges run from lower to higher n with growing s.
     """
     reach = max(int(half_width_px), 2)
@@ -28,7 +28,9 @@ def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float)
     )
     floor = max(0.02 * float(np.median(np.abs(straight))), 1e-4)
     log = np.log(np.maximum(straight, floor))
-    log = cv2.GaussianBlur(log, (0, 0), 0.8)
+    log = cv2.GaussianBlur(
+        log, (0, 0), sigmaX=max(0.6 * half_width_px, 0.8), sigmaY=max(0.15 * half_width_px, 0.8)
+    )
     gx = 0.5 * (log[1:-1, 2:] - log[1:-1, :-2])
     gy = 0.5 * (log[2:, 1:-1] - log[:-2, 1:-1])
     gy = gy - np.median(gy, axis=1, keepdims=True)  # the mean shading across carries no slope
