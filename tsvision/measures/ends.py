@@ -31,6 +31,7 @@ LIVE = (
     0.5,
     0.6,
 )  # of the bundle's motion, beyond twice the still places'
+TOO_NEAR = 0.6  # of L: nearer to the plate nothing can be the connector
 CLEAR = 0.8  # of the clearest end of motion: others that may be the connector's face
 LAG = 3  # px on either side of a step
 STRONG = 0.35  # of the strongest step beside the axis
@@ -95,7 +96,9 @@ def _pair(plates: list[float], connectors: dict[float, float], zone: float) -> t
     if apart:
         return max(apart, key=apart.__getitem__)
     clear = [c for c in connectors if connectors[c] > CLEAR * max(connectors.values())]
-    return plates[-1] if plates else NAN, min(clear, default=NAN)
+    plate, connector = plates[-1] if plates else NAN, min(clear, default=NAN)
+    # A close-up holds the plate and never the connector: what ended the motion there is the view.
+    return plate, NAN if connector - plate < TOO_NEAR * zone else connector
 
 
 def _light(picture: np.ndarray, factor: float, gamma: float, axis: Axis, half: int) -> np.ndarray:

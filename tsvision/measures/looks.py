@@ -12,7 +12,7 @@ import numpy as np
 
 from tsvision.images.linear import LUMA_BGR
 from tsvision.images.sight import Sight, find_sight
-from tsvision.measures.bundle import BundleFit, fit_window
+from tsvision.measures.bundle import SWINGS, BundleFit, fit_window, swing_px
 from tsvision.measures.count import count_strands
 from tsvision.measures.cut import (
     Cut,
@@ -197,18 +197,9 @@ def _settle(
     Aligned on measured edges the mean profile is smeared by their scatter; aligned on the fitted
     helix it is not. The places found by the sharper profile say how far the edges were off.
     """
-    fits: list[tuple[Cut, BundleFit]] = []
-    before = None
-    for cut in cuts:
-        window = near_window(cut, diameter)
-        if window is None:
-            continue
-        edges = find_edges(cut, shading)
-        low, high = window
-        fit = fit_window(edges, section, low, high, diameter, float("nan"), before)
-        if fit is not None and fit.fit.rms_px < max(0.6, 0.03 * diameter):
-            fits.append((cut, fit))
-            before = fit if fit.fit.cost < POOR else None
+    fits = _fitted(cuts, section, shading, diameter, coil=False)
+    if not any(f.fit.cost < POOR for _, f in fits):
+        fits += _fitted(cuts, section, shading, diameter, coil=True)
     if not fits:
         return shading, diameter
     fits = _best(fits)
@@ -221,6 +212,30 @@ def _settle(
     bright = brightness_of([cut for cut, _ in fits])
     upper, lower, _ = fit_shading(mean, rho, sense, shading[0].blur_px, bright)
     return (upper, lower), diameter
+
+
+def _fitted(
+    cuts: list[Cut],
+    section: Section,
+    shading: tuple[Shading, Shading],
+    diameter: float,
+    coil: bool,
+) -> list[tuple[Cut, BundleFit]]:
+    """The cuts that a helix describes, each with it; coils, costly to search, on demand only."""
+    fits: list[tuple[Cut, BundleFit]] = []
+    before = None
+    for cut in cuts:
+        window = near_window(cut, diameter)
+        if window is None:
+            continue
+        edges = find_edges(cut, shading)
+        if not coil and swing_px(edges.window(*window)) > SWINGS * diameter:
+            continue
+        fit = fit_window(edges, section, *window, diameter, float("nan"), before, coil=coil)
+        if fit is not None and fit.fit.rms_px < max(0.6, 0.03 * diameter):
+            fits.append((cut, fit))
+            before = fit if fit.fit.cost < POOR else None
+    return fits
 
 
 def _best(fits: list[tuple[Cut, BundleFit]]) -> list[tuple[Cut, BundleFit]]:
