@@ -86,15 +86,15 @@ def side_by_side(
 def told(shown: Shown) -> str:
     """One line: how far drawing and photograph are apart, and what would bring them closer."""
     found = shown.found
-    best = min(found.extras, key=lambda name: found.extras[name][1])
-    value, rms = found.extras[best]
-    gone = 1.0 - rms / found.rms
+    best = min(found.extras, key=lambda name: found.extras[name].rms)
+    extra = found.extras[best]
+    gone = 1.0 - extra.rms / found.rms
     said = (
         f"frame {shown.frame} ({shown.turns:.4g} turns): off by "
         f"{100 * found.rms / max(found.contrast, 1e-9):.1f} % of the contrast"
     )
     if gone > 0.03:
-        said += f"; {WORDS[best]} ({value:+.3f}) would take {100 * gone:.0f} % of that away"
+        said += f"; {WORDS[best]} ({extra.value:+.3f}) would take {100 * gone:.0f} % of that away"
     return said
 
 
@@ -200,6 +200,6 @@ def _write_table(path: Path, shown: list[Shown]) -> None:
                 found.rms / max(found.contrast, 1e-9),
             ]
             for name in WORDS:
-                value, rms = found.extras[name]
-                numbers += [value, rms / found.rms]
+                extra = found.extras[name]
+                numbers += [extra.value, extra.rms / found.rms]
             writer.writerow([item.frame, item.turns, *(f"{n:.5g}" for n in numbers)])

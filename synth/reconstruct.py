@@ -38,7 +38,7 @@ LIGHTS = (
 PHASES = 12
 PITCH_TIMES = (1.0, 2.0 / 3.0, 1.5)
 MOST_EXTRA = 0.5
-MOST_TRIES = 140  # of the straight bundle, half as many for each extra
+MOST_TRIES = 140  # of the straight bundle, and for each extra
 MARGIN_D = 1.5  # the bundle is drawn so far beyond both ends, in units of D
 EXTRAS = {"taper": 0.04, "flattening": 0.06, "looseness": 0.06}  # first steps tried, either way
 # first steps of phase, log pitch, offset / D, log D, tilt over the length / D, log blur
@@ -67,16 +67,26 @@ class Rope:
 
 
 @dataclass(frozen=True)
+class Extra:
+    """One departure from the straight round bundle: its value, what is left with it, and the
+    diameter and axis that come with it."""
+
+    value: float
+    rms: float
+    rope: Rope
+
+
+@dataclass(frozen=True)
 class Reconstruction:
     """`picture` (h, w) beside the photograph, both linear light; `rms` of their difference over
-    the bundle, `contrast` of strand against ground; `extras` name -> (value, rms with it)."""
+    the bundle, `contrast` of strand against ground; `extras` by name."""
 
     rope: Rope
     picture: np.ndarray
     covered: np.ndarray
     rms: float
     contrast: float
-    extras: dict[str, tuple[float, float]]
+    extras: dict[str, Extra]
 
 
 def reconstruct(photo: np.ndarray, start: Rope) -> Reconstruction:
@@ -145,7 +155,7 @@ def _settled(rope: Rope, cost: Callable[[Rope], float], names: tuple[str, ...] =
     simplex = np.vstack([np.zeros(len(steps)), np.diag(steps)])
     options = {
         "initial_simplex": simplex,
-        "maxfev": MOST_TRIES if not names else MOST_TRIES // 2,
+        "maxfev": MOST_TRIES,
         "xatol": 1e-3,
         "fatol": 1e-6,
     }
@@ -153,9 +163,9 @@ def _settled(rope: Rope, cost: Callable[[Rope], float], names: tuple[str, ...] =
     return at(found.x)
 
 
-def _with_extra(rope: Rope, cost: Callable[[Rope], float], name: str) -> tuple[float, float]:
+def _with_extra(rope: Rope, cost: Callable[[Rope], float], name: str) -> Extra:
     better = _settled(rope, cost, (name,))
-    return float(getattr(better, name)), cost(better)
+    return Extra(float(getattr(better, name)), cost(better), better)
 
 
 def drawn(rope: Rope, photo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

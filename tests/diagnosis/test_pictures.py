@@ -83,12 +83,13 @@ def test_a_drawing_finds_the_bundle_again_and_what_it_lacks() -> None:
     photo = photo + 0.004 * g.standard_normal(photo.shape)
     found = reconstruct(photo, Rope(2, 26.0, 70.0, "Z"))
     assert found.rope.pitch_px == pytest.approx(72.0, abs=0.7)
-    # The straight bundle makes up for its touching strands by 2 % of D.
-    assert found.rope.diameter_px == pytest.approx(25.0, abs=0.75)
-    value, rms = found.extras["looseness"]
-    assert value == pytest.approx(0.15, abs=0.05)
-    assert rms < 0.7 * found.rms
-    assert rms < min(found.extras["taper"][1], found.extras["flattening"][1])
+    loose = found.extras["looseness"]
+    assert loose.value == pytest.approx(0.15, abs=0.03)
+    assert loose.rms < 0.5 * found.rms
+    assert loose.rms < 0.5 * min(found.extras["taper"].rms, found.extras["flattening"].rms)
+    # Touching strands make up for the wider grooves by a larger D; loose ones need not.
+    assert loose.rope.diameter_px == pytest.approx(25.0, abs=0.25)
+    assert found.rope.diameter_px > 25.5
 
 
 def test_frames_beside_their_reconstruction(

@@ -67,11 +67,6 @@ class Sight:
         )
 
 
-def signal_picture(pixels: np.ndarray, weights: np.ndarray, gamma: float) -> np.ndarray:
-    """Linear-light signal of a picture, (H, W) float32."""
-    return project(to_linear(pixels, gamma), weights)
-
-
 def ground_level(values: np.ndarray, inner_px: float) -> np.ndarray:
     """Ground under every sample of a strip (R, M), from what lies outside |n| > inner_px.
 
@@ -661,14 +656,3 @@ def _extent(masks: list[np.ndarray], half: int, width: float) -> tuple[float, fl
         end = float(s)
     first = int(np.argmax(seen)) if seen.any() else 0
     return float(first), end, connector
-
-
-def reframe(sight: Sight, axis: Axis, shift_px: float) -> Sight:
-    """The same sight with its axis replaced and s shifted by `shift_px`."""
-    return replace(
-        sight,
-        axis=axis,
-        start_px=sight.start_px - shift_px,
-        end_px=sight.end_px - shift_px,
-        connector_px=sight.connector_px - shift_px,
-    )

@@ -275,8 +275,3 @@ def _separator_face(ends: Ends, zone_px: float, cuts: list[Cut]) -> tuple[float,
         return ends.plate_px, True
     first = [c.s_px[0] + c.silhouette.apex_column for c in cuts]
     return float(np.nanmin(first)) if np.isfinite(first).any() else float(cuts[0].s_px[0]), False
-
-
-def with_scale(looks: Looks, scale: Scale) -> Looks:
-    """The same looks under another scale."""
-    return replace(looks, scale=scale)
