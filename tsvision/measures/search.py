@@ -64,11 +64,14 @@ def full_band(
     """Every strand rate that a bundle of this width can show within the window.
 
     Along a coiled centre line it is longer than the axis, and so are the rates per px of that; its
-    torsion twists the bundle already, so that the strands may even turn backwards about it.
+    torsion twists the bundle already, so that the strands may even turn backwards about it. Not
+    about a coil that is hardly one: a rod begins to coil at less than the rate of its twist.
     """
     span = max(float(edges.s_px[-1] - edges.s_px[0]), 1.0)
     stretch = 1.0 if coil is None else float(np.hypot(1.0, coil[RC] * coil[KC]))
-    low = 0.35 * 2.0 * np.pi / span if coil is None else -0.8 * float(coil[KC]) / stretch
+    low = 0.35 * 2.0 * np.pi / span
+    if coil is not None:
+        low = -float(coil[KC]) * min(0.8 / stretch, 2.0 * (1.0 - 1.0 / stretch))
     high = stretch * 2.0 * np.pi / max(SHORTEST_PITCH * diameter_px, 4.0)
     if np.isfinite(expected_rate) and expected_rate > 0.0:
         high = min(high, max(MOST_TURNS * expected_rate, 2.0 * np.pi * LOBES / span))
