@@ -16,7 +16,9 @@ from synth.build import make_settings
 from synth.recording import write_recording
 from synth.settings import Strings
 from tsvision.images.frames import open_recording
+from tsvision.measures.cut import cut_frame
 from tsvision.measures.ends import find_ends
+from tsvision.measures.legs import Face, face_from_legs
 from tsvision.measures.looks import Looks, learn_looks
 from tsvision.measures.recording import sample_pictures
 from tsvision.measures.scale import resolve_scale
@@ -88,3 +90,30 @@ def test_nothing_there_gives_no_ends(clean: Film) -> None:
     grey = [np.full((400, 960), 90, np.uint8)] * 5
     ends = find_ends(grey, [], clean.looks.sight)
     assert np.isnan(ends.plate_px) and np.isnan(ends.connector_px)
+
+
+def from_legs(film: Film, off_px: float, plate_px: float = NAN) -> Face | None:
+    looks = film.looks
+    strand_px = looks.diameter_px / looks.section.diameter_d
+    cuts = [(p, cut_frame(p, looks.sight, strand_px, looks.half_px)) for p in film.pictures]
+    pairs = [(p, c) for p, c in cuts if c is not None]
+    half_gap = 0.5 * looks.hole_distance_mm / film.mm_per_px
+    return face_from_legs(
+        pairs, looks.sight, film.separator_px + off_px, plate_px, half_gap, film.mm_per_px
+    )
+
+
+@pytest.mark.parametrize("name", ["clean", "bench"])
+@pytest.mark.parametrize("off_mm", [-0.5, 0.0, 0.5])
+def test_legs_tell_where_they_leave_the_plate(
+    name: str, off_mm: float, request: pytest.FixtureRequest
+) -> None:
+    """Whatever the plate seemed to tell."""
+    film: Film = request.getfixturevalue(name)
+    face = from_legs(film, off_mm / film.mm_per_px)
+    assert face is not None and face.sd_px * film.mm_per_px < 0.2
+    assert abs(face.s_px - film.separator_px) * film.mm_per_px < 0.1
+
+
+def test_legs_behind_the_plate_tell_nothing(clean: Film) -> None:
+    assert from_legs(clean, 0.0, plate_px=clean.looks.sight.end_px) is None

@@ -24,6 +24,7 @@ from tsvision.measures.cut import (
 )
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.helix import Section, model_edges
+from tsvision.measures.legs import face_from_legs
 from tsvision.measures.search import POOR
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import Shading, fit_shading, plain_shading
@@ -116,7 +117,8 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         if _agree(there, zone_px):  # plate and connector outweigh what the legs seemed to tell
             sight, ends = other, there
     sight = _between(sight, ends)
-    cuts = [c for p in pictures if (c := cut_frame(p, sight, strand_px, half)) is not None] or cuts
+    pairs = [(p, c) for p in pictures if (c := cut_frame(p, sight, strand_px, half)) is not None]
+    cuts = [c for _, c in pairs] or cuts
     count, sure = (given, 1.0) if given is not None else _counted(cuts, sight, rig, scale)
     section = pair_core(count)
     strand_px = sight.width_px / section.diameter_d
@@ -127,6 +129,11 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     if not np.array_equal(sight.weights, LUMA_BGR) or sight.by_distance:
         shading = (_in_colour(shading[0]), _in_colour(shading[1]))
     zero, known = _separator_face(ends, zone_px, cuts)
+    if known:
+        legs = face_from_legs(pairs, sight, zero, ends.plate_px, 0.5 * gap_px, scale.mm_per_px)
+        # Holes that do not lie in the picture's plane would seem nearer to the apex.
+        if legs is not None and abs(legs.s_px - zero) < NEAR_SHARE * zone_px:
+            zero = legs.s_px
     if view.axis_px:
         face = np.subtract(view.axis_px[0], sight.axis.at(np.array(0.0)))
         zero, known = float(face @ sight.axis.tangent(np.array(0.0))), True
