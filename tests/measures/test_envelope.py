@@ -89,6 +89,34 @@ def test_the_envelope_bridges_the_lobes_and_keeps_a_knot() -> None:
     assert (knotted > 30.0).sum() == pytest.approx(40, abs=3)
 
 
+def coiled(count: int, diameter: float, radius: float, period: float) -> np.ndarray:
+    """(2, count) edges of a smooth cylinder whose centre line swings by `radius`."""
+    middle = radius * np.cos(2 * np.pi * np.arange(count) / period)
+    return np.stack([middle + 0.5 * diameter, middle - 0.5 * diameter])
+
+
+@pytest.mark.parametrize("width", [2, 5, 8])
+def test_a_fibre_is_no_envelope_whether_the_other_edge_is_seen_or_not(width: int) -> None:
+    known = np.ones(600, bool)
+    upper, lower = coiled(600, 20.0, 5.0, 44.0)
+    clean = envelope_px(upper, lower, known, 48.0, 20.0)
+    np.testing.assert_allclose(clean[50:-50], 30.0, atol=0.3)
+    upper[300 : 300 + width] += 14.0
+    np.testing.assert_allclose(envelope_px(upper, lower, known, 48.0, 20.0), clean, atol=0.5)
+    lower[300 : 300 + width] = 0.0
+    np.testing.assert_allclose(envelope_px(upper, lower, known, 48.0, 20.0), clean, atol=0.5)
+
+
+def test_a_tighter_coil_of_a_knot_is_not_taken_for_fibres() -> None:
+    """Lobes of 6 px that reach out on both sides over 2 D: short each, but not one alone."""
+    known = np.ones(600, bool)
+    upper, lower = coiled(600, 20.0, 3.0, 44.0)
+    upper[280:320] = 16.0 + 4.0 * np.cos(2 * np.pi * np.arange(40) / 12.0)
+    lower[280:320] = -upper[280:320]
+    knotted = envelope_px(upper, lower, known, 24.0, 20.0)
+    assert knotted[285:315].min() > 38.0
+
+
 def test_columns_not_known_stay_empty() -> None:
     upper, lower = lobed(100, 20.0, 30.0)
     known = np.zeros(100, bool)

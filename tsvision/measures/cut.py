@@ -42,7 +42,7 @@ class Cut:
 def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) -> Cut | None:
     """Straighten one picture and outline its strings; None when there is no contrast."""
     low, high = sight.start_px - 2.0, sight.end_px + 2.0
-    linear, axis = _crop(pixels, sight, low, high, half_px)
+    linear, axis = crop(pixels, sight, low, high, half_px)
     strip = cut_strip(linear, axis, (low, high), half_px)
     inner = 1.35 * sight.width_px
     contrast = raw_contrast(strip.values, sight.weights, sight.by_distance, inner)
@@ -79,7 +79,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     )
 
 
-def _crop(
+def crop(
     pixels: np.ndarray, sight: Sight, low: float, high: float, half: int
 ) -> tuple[np.ndarray, Axis]:
     """Linear light of only the part of the picture that the strip touches."""
@@ -97,7 +97,7 @@ def _crop(
     return to_linear(np.ascontiguousarray(part), sight.gamma), moved
 
 
-def _rough(cut: Cut) -> tuple[np.ndarray, np.ndarray]:
+def rough_edges(cut: Cut) -> tuple[np.ndarray, np.ndarray]:
     """Rows where the contrast falls through the mask level, upper and lower, (M,) each."""
     c = np.abs(cut.contrast)
     rows, columns = c.shape
@@ -137,7 +137,7 @@ def edge_profiles(
     for side, outward in ((0, 1), (1, -1)):
         samples = []
         for i, cut in enumerate(cuts):
-            edge = _rough(cut)[side] if known is None else known[i][side]
+            edge = rough_edges(cut)[side] if known is None else known[i][side]
             slope = _slope(edge)
             flat = np.isfinite(edge) & (np.abs(slope) < 0.25) & ~cut.silhouette.cut
             if flat.sum() < 10:
@@ -178,7 +178,7 @@ def brightness_of(cuts: list[Cut]) -> float:
 def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
     """Sub-pixel edges of every column of the bundle, weighted by how well the model matched."""
     found = []
-    for rough, outward, shade in zip(_rough(cut), (1, -1), shading, strict=True):
+    for rough, outward, shade in zip(rough_edges(cut), (1, -1), shading, strict=True):
         edge, depth, residual = match_edges(
             cut.contrast, rough, outward, shade, _slope(rough), limit_px=2.5
         )

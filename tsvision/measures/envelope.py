@@ -8,13 +8,17 @@ what stands out.
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, grey_closing, median_filter
+from scipy.ndimage import gaussian_filter1d, grey_closing, grey_opening, median_filter
 
 from tsvision.records import KnotSighting
 
 RISE = 1.15  # of the baseline: where a knot begins and ends
 SLOWEST, FASTEST = 5.0, 0.8  # periods of a coil, in D
 TOP = 1.40  # of the bundle's diameter D: what its largest E must reach
+FIBRE_D = 0.5  # what stands out over a shorter stretch than this, …
+BESIDE_D = 0.8  # … its neighbours so far away looked at together, …
+STANDS_OUT_D = 0.15  # … by more than this, …
+TOO_WIDE = 1.1  # … and where the strings look wider than this, is a fibre or a speck; all in D
 
 
 def envelope_px(
@@ -43,9 +47,38 @@ def envelope_px(
         half = np.where(both, np.maximum(half, reach), half)
     filled = np.interp(s, index, half[index])[index[0] : index[-1] + 1]
     filled = median_filter(filled, size=3, mode="nearest")
+    if np.isfinite(diameter_px):
+        width = np.where(both, upper_px - lower_px, np.nan)[index[0] : index[-1] + 1]
+        filled = _without_fibres(filled, width, diameter_px)
     size = int(np.clip(round(period_px), 3, filled.size))
     out[index[0] : index[-1] + 1] = 2.0 * grey_closing(filled, size=size, mode="nearest")
     return out
+
+
+def _without_fibres(half_px: np.ndarray, width_px: np.ndarray, diameter_px: float) -> np.ndarray:
+    """Half widths (M,) cut back where something narrower than any limb stands out on one side.
+
+    A limb of a coil that reaches out takes the other edge along: the strings stay as wide as they
+    are. A fibre widens them, and for a short stretch only. A knot widens them over at least D.
+    width_px (M,): from edge to edge, NaN where not both are seen.
+    """
+    if not np.isfinite(width_px).any():
+        return half_px
+
+    def odd(size: float) -> int:
+        return 2 * max(round(0.5 * size * diameter_px), 1) + 1
+
+    def held(values: np.ndarray) -> np.ndarray:
+        joined = grey_closing(values, size=odd(BESIDE_D), mode="nearest")
+        opened: np.ndarray = grey_opening(joined, size=odd(FIBRE_D), mode="nearest")
+        return opened
+
+    index, seen = np.arange(width_px.size), np.isfinite(width_px)
+    width = median_filter(np.interp(index, index[seen], width_px[seen]), size=3, mode="nearest")
+    plain, least = held(half_px), STANDS_OUT_D * diameter_px
+    wider = (width > held(width) + least) & (width > TOO_WIDE * diameter_px)
+    fibre = (half_px > plain + least) & (wider | ~seen)
+    return np.where(fibre, plain, half_px)
 
 
 def middle_swing(

@@ -17,9 +17,11 @@ from tsvision.measures.cut import Cut, cut_frame, find_edges
 from tsvision.measures.fits import apex_of, fit_bundle, within_zone
 from tsvision.measures.handedness import handedness_of, ridge_slope
 from tsvision.measures.helix import KC, Edges, K
+from tsvision.measures.legs import apex_from_legs
 from tsvision.measures.looks import Looks
 from tsvision.measures.outline import add_outline
 from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px
+from tsvision.measures.unmatched import with_outline
 from tsvision.records import Frame, FrameResult, FrameRow
 
 NAN = float("nan")
@@ -53,7 +55,8 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         flags |= Flag.OVEREXPOSED
     if cut.silhouette.cut.any():
         flags |= Flag.FIBRES
-    edges = within_zone(find_edges(cut, looks.shading), cut, looks)
+    found = find_edges(cut, looks.shading)
+    edges = within_zone(found, cut, looks)
     apex_px = apex_of(cut, looks)
     near, mid = fit_bundle(edges, looks, turns, apex_px, warm.near, warm.mid)
     row, flags = _bundle_values(row, flags, near, mid, edges, looks)
@@ -61,8 +64,13 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
     row = replace(row, handedness=slope[0], handedness_confidence=slope[1])
     if not slope[0]:
         flags |= Flag.NO_HANDEDNESS
-    row, profile, knots = add_outline(row, edges, looks, near, mid, apex_px)
-    row = add_budgets(row, looks, near, mid, apex_px, edges)
+    outer = within_zone(with_outline(found, cut), cut, looks)
+    row, profile, knots = add_outline(row, outer, looks, near, mid, apex_px)
+    meet_px = NAN
+    if looks.face is not None:
+        meet_px = apex_from_legs(frame.pixels, cut, looks.sight, looks.face, looks.ends.plate_px)
+    meet_px = meet_px if np.isfinite(meet_px) else apex_px
+    row = add_budgets(row, looks, near, mid, meet_px, edges)
     if not looks.zero_known:
         flags |= Flag.NO_SEPARATOR
     if not np.isfinite(looks.scale.mm_per_px):

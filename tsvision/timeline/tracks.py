@@ -4,7 +4,8 @@ Lengths are compared in units of the bundle's D, so that recordings without a sc
 just the same. Each track predicts where its knot will be (knots drift as string is drawn in, and
 all by much the same amount, and a bumped camera moves all at once); sightings are assigned to
 predictions at the least total cost. A track outlives a few frames without a sighting. A sighting
-that nothing before or after supports is not a knot, and says so.
+that nothing before or after supports is not a knot, and says so; each that shows again at the same
+place counts for more than it does alone.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from scipy.optimize import linear_sum_assignment
 from tsvision.timeline.background import chances
 from tsvision.timeline.evidence import measured
 from tsvision.timeline.order import Order, numbers
+from tsvision.timeline.repeats import extent_in_diameters, repeat_odds
 
 GAP_FRAMES = 3  # a track outlives this many measured frames without a sighting
 GATE_D = 1.0  # how far from its prediction a knot may turn up, in D, …
@@ -36,12 +38,14 @@ ARTEFACT_GROWTH = 1.3  # … and is not larger than this many times: hardware, d
 
 @dataclass
 class Track:
-    """One knot over time. `steps` (places in time order), `rows` (rows of the knot table)."""
+    """One knot over time. `steps` (places in time order), `rows` (rows of the knot table),
+    `repeats` (what each gains by the one before it, in log-odds)."""
 
     number: int
     steps: list[int] = field(default_factory=list)
     rows: list[int] = field(default_factory=list)
     places: list[float] = field(default_factory=list)
+    repeats: list[float] = field(default_factory=list)
     drift: float = 0.0
     missed: int = 0
     log_odds: float = 0.0
@@ -72,6 +76,7 @@ def track_knots(
     place, length = places_in_diameters(frames, knots)
     odds = _log_odds(chances(frames, knots, order))
     rows_at = _rows_of_steps(frames, knots, order)
+    extent = extent_in_diameters(frames)
     good = measured(frames)[order.rows]
     live: list[Track] = []
     done: list[Track] = []
@@ -80,8 +85,10 @@ def track_knots(
             continue
         live = _retire_doubtful(live, done)
         turned = _turned_since(order, live, step)
-        pairs = _assign(live, place[rows], length[rows], turned)
-        _extend(live, pairs, rows, place, odds, step)
+        gate = _gate(length[rows], turned)
+        pairs = _assign(live, place[rows], turned, gate)
+        again = {(t, k): repeat_odds(len(rows), gate[t, k], extent) for t, k in pairs}
+        _extend(live, again, rows, place, odds, step)
         _start_new(live, done, pairs, rows, place, length, odds, step)
         live = _retire(live, done, {t for t, _ in pairs}, step)
     tracks = done + live
@@ -96,7 +103,9 @@ def track_knots(
     supported = odds.copy()
     for track in tracks:
         number[track.rows] = track.number
-        supported[track.rows] = np.minimum(odds[track.rows], _net_odds(track, order))
+        gained = np.array([*track.repeats, 0.0])
+        repeated = odds[track.rows] + 0.5 * (gained[:-1] + gained[1:])
+        supported[track.rows] = np.minimum(repeated, _net_odds(track, order))
     table = _describe(tracks, frames, knots, order, artefact)
     confirmed = np.isin(number, table.loc[table["confirmed"], "track"])
     return Tracking(number, table, confirmed, artefact, 1 / (1 + np.exp(-supported)))
@@ -179,20 +188,23 @@ def _rows_of_steps(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> l
 
 
 def _turned_since(order: Order, live: list[Track], step: int) -> np.ndarray:
-    return np.array([abs(order.wind[step] - order.wind[t.steps[-1]]) for t in live])
+    turned = np.array([abs(order.wind[step] - order.wind[t.steps[-1]]) for t in live])
+    return np.nan_to_num(turned, nan=1.0)
+
+
+def _gate(length: np.ndarray, turned: np.ndarray) -> np.ndarray:
+    """(live tracks, sightings) how far from its prediction each may turn up, in D."""
+    wider: np.ndarray = np.minimum(GATE_D_PER_TURN * turned, 2.0)[:, None]
+    return GATE_D + GATE_LENGTH * length[None, :] + wider
 
 
 def _assign(
-    live: list[Track], place: np.ndarray, length: np.ndarray, turned: np.ndarray
+    live: list[Track], place: np.ndarray, turned: np.ndarray, gate: np.ndarray
 ) -> list[tuple[int, int]]:
     """Pairs (live track, sighting) at the least total distance, within the gate."""
     if not live or not len(place):
         return []
-    turned = np.nan_to_num(turned, nan=1.0)
     predicted = np.array([t.places[-1] for t in live]) + turned * [t.drift for t in live]
-    gate = (
-        GATE_D + GATE_LENGTH * length[None, :] + np.minimum(GATE_D_PER_TURN * turned, 2.0)[:, None]
-    )
     shift = _common_shift(predicted, place, gate)
     distance = np.abs(predicted[:, None] + shift - place[None, :]) / gate
     rows, columns = linear_sum_assignment(np.minimum(distance, 10.0))
@@ -210,21 +222,26 @@ def _common_shift(predicted: np.ndarray, place: np.ndarray, gate: np.ndarray) ->
 
 def _extend(
     live: list[Track],
-    pairs: list[tuple[int, int]],
+    again: dict[tuple[int, int], float],
     rows: np.ndarray,
     place: np.ndarray,
     odds: np.ndarray,
     step: int,
 ) -> None:
-    matched = dict(pairs)
+    """Lengthen the tracks by their sightings; `again`: what each pair gains by the repeat. Doubts
+    from before are not held against a track that goes on: what it is shows from here."""
+    matched = dict(again.keys())
     for i, track in enumerate(live):
         if i not in matched:
             track.missed += 1
             continue
         row = int(rows[matched[i]])
+        repeat = again[i, matched[i]] if track.missed == 0 else 0.0
         moved = place[row] - track.places[-1]
         track.drift = 0.7 * track.drift + 0.3 * float(np.clip(moved, -1.0, 1.0)) * 0.5
-        track.log_odds += float(odds[row]) - MISS_COST * track.missed
+        so_far = max(track.log_odds - MISS_COST * track.missed, 0.0)
+        track.log_odds = so_far + float(odds[row]) + repeat
+        track.repeats.append(repeat)
         track.missed = 0
         track.steps.append(step)
         track.rows.append(row)
@@ -248,16 +265,17 @@ def _start_new(
             continue
         reach = 1.0 + 0.5 * length[i]
         near = [t for t in older if np.abs(np.array(t.places[-2:]) - place[row]).min() < reach]
-        new = Track(len(live) + len(done), [step], [int(row)], [float(place[row])])
+        new = Track(len(live) + len(done), [step], [int(row)], [float(place[row])], [0.0])
         new.log_odds, new.split_from = float(odds[row]), near[0] if near else None
         live.append(new)
 
 
 def _retire_doubtful(live: list[Track], done: list[Track]) -> list[Track]:
-    """A track that by now is rather no knot must not hand its doubts on to one that begins here."""
+    """A track that is rather no knot and was not seen in the last frame must not hand its doubts
+    on to one that begins here."""
     kept: list[Track] = []
     for track in live:
-        doubtful = track.log_odds - MISS_COST * track.missed < 0
+        doubtful = track.missed > 0 and track.log_odds < MISS_COST * track.missed
         (done if doubtful else kept).append(track)
     return kept
 

@@ -1,0 +1,50 @@
+"""A side that the learnt profile did not match is taken from the outline, the other stays."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tsvision.measures.cut import Cut
+from tsvision.measures.helix import Edges
+from tsvision.measures.strands import Silhouette
+from tsvision.measures.unmatched import with_outline
+
+COLUMNS, HALF = 200, 30
+
+
+def a_cut(reach: int) -> Cut:
+    """A bar of 2 `reach` + 1 rows about the axis, with full contrast."""
+    n = np.arange(-HALF, HALF + 1)
+    contrast = np.repeat((np.abs(n) <= reach)[:, None].astype(float), COLUMNS, axis=1)
+    bundle = np.arange(COLUMNS) >= 20
+    limit = np.where(bundle, float(reach), np.nan)
+    outline = Silhouette(-limit, limit, bundle, 20.0, np.zeros(COLUMNS, bool))
+    s = np.arange(COLUMNS, dtype=float)
+    return Cut(contrast, contrast, s, HALF, outline, 1.0, 0.5, 0.01, 0.0)
+
+
+def edges(matched: int) -> Edges:
+    """Upper edge matched everywhere, the lower one in the first `matched` columns of the bundle."""
+    s = np.arange(COLUMNS, dtype=float)
+    seen = (s >= 20) & (s < 20 + matched)
+    return Edges(s, np.full(COLUMNS, 9.0), np.where(seen, -9.3, 0.0), np.ones(COLUMNS), 0.8 * seen)
+
+
+def test_a_side_hardly_matched_is_filled_in_as_far_off_as_where_it_was() -> None:
+    filled = with_outline(edges(30), a_cut(8))
+    np.testing.assert_array_equal(filled.upper_px, 9.0)
+    np.testing.assert_allclose(filled.lower_px[20:], -9.3, atol=0.01)
+    assert (filled.lower_weight[20:] > 0.2).all() and (filled.lower_weight[50:] < 0.3).all()
+    assert (filled.lower_weight[:20] == 0.0).all()
+
+
+def test_without_any_match_the_outline_stands() -> None:
+    filled = with_outline(edges(0), a_cut(8))
+    np.testing.assert_allclose(filled.lower_px[20:], -8.5, atol=0.01)
+
+
+def test_a_side_matched_well_keeps_its_gaps() -> None:
+    given = edges(150)
+    filled = with_outline(given, a_cut(8))
+    np.testing.assert_array_equal(filled.lower_px, given.lower_px)
+    np.testing.assert_array_equal(filled.lower_weight, given.lower_weight)
