@@ -1,9 +1,10 @@
-"""Where the legs leave the separator: s = 0 from the legs themselves.
+"""Where the legs leave the separator, and where they meet: s = 0 and the apex, from the legs.
 
 The plate's edge that a camera sees is the near one, and the connector's face is L away through a
 scale that changes along the axis. The legs run straight from the holes, S apart, to where they
 meet: every picture's two lines, continued until they are S apart, cross the exits, whatever hides
-them.
+them. With the exits known, the two lines of one picture cross where the strands meet: the outline
+of many strands closes before that, and that of two behind it.
 """
 
 from __future__ import annotations
@@ -13,13 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from tsvision.images.linear import to_linear
 from tsvision.images.sight import Sight, raw_contrast
 from tsvision.images.strip import cut_strip
-from tsvision.measures.cut import Cut
+from tsvision.measures.cut import Cut, crop
 
 NEAR = 0.3  # of S/2: how far from the straight line hole - apex a leg is looked for
 FREE = 0.35  # of the way from apex to plate next to the apex is left out: the legs touch there
+MOST = 48  # columns of a leg, those next to the apex, that one frame's apex is read from
 CLEAR = 0.35  # of the bundle's contrast
 FEWEST = 6  # columns of either leg
 HOLE_SD_MM = 0.08  # by which a string lies off the middle of its hole
@@ -28,10 +29,13 @@ LEAST_SLOPE = 0.1  # legs that hardly open tell nothing of where they come from
 
 @dataclass(frozen=True)
 class Face:
-    """s of the hole exits, px, and its standard uncertainty."""
+    """s of the hole exits and its standard uncertainty; how far the strings there lie from the
+    middle between them, and that from the axis (upwards). All px."""
 
     s_px: float
     sd_px: float
+    half_gap_px: float
+    middle_px: float
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,7 @@ def face_from_legs(
     """
     if not (np.isfinite(about_px) and np.isfinite(half_gap_px) and half_gap_px > sight.width_px):
         return None
-    found = [_legs(p, c, sight, about_px, plate_px, half_gap_px) for p, c in pairs]
+    found = [_legs(p, c, sight, about_px, plate_px, half_gap_px, None) for p, c in pairs]
     legs = [f for f in found if f is not None]
     if not legs:
         return None
@@ -80,11 +84,37 @@ def face_from_legs(
         return None
     rms2 = 2.0 * fit.cost / (2 * len(legs))
     covariance = np.linalg.pinv(fit.jac.T @ fit.jac) * max(rms2, 0.01)
-    return Face(float(fit.x[0]), float(np.sqrt(covariance[0, 0])))
+    return Face(float(fit.x[0]), float(np.sqrt(covariance[0, 0])), float(fit.x[2]), float(fit.x[1]))
+
+
+def apex_from_legs(
+    picture: np.ndarray, cut: Cut, sight: Sight, face: Face, plate_px: float
+) -> float:
+    """s (px) where the middles of the two legs cross; NaN where they are not both seen.
+
+    A leg at s lies half_gap (1 - (s - face) / (apex - face)) from the middle: linear in the
+    inverse of what is sought.
+    """
+    legs = _legs(picture, cut, sight, face.s_px, plate_px, face.half_gap_px, MOST)
+    if legs is None:
+        return float("nan")
+    s = np.concatenate([legs.upper[0], legs.lower[0]]) - face.s_px
+    away = np.concatenate([legs.upper[1] - face.middle_px, face.middle_px - legs.lower[1]])
+    closed = 1.0 - away / face.half_gap_px
+    each = closed / s
+    keep = np.abs(each - np.median(each)) < 0.1 * np.median(each)
+    inverse = float((closed * s)[keep].sum() / (s[keep] ** 2).sum())
+    return face.s_px + 1.0 / inverse if inverse > 0.0 else float("nan")
 
 
 def _legs(
-    picture: np.ndarray, cut: Cut, sight: Sight, about_px: float, plate_px: float, half_gap: float
+    picture: np.ndarray,
+    cut: Cut,
+    sight: Sight,
+    about_px: float,
+    plate_px: float,
+    half_gap: float,
+    most: int | None,
 ) -> _Legs | None:
     first = cut.silhouette.apex_column
     if not np.isfinite(first):
@@ -94,13 +124,15 @@ def _legs(
     high = apex - FREE * (apex - about_px)
     if high - low < FEWEST:
         return None
+    if most is not None:
+        low = max(low, high - most)
     half = int(1.3 * half_gap) + 4
-    strip = cut_strip(to_linear(picture, sight.gamma), sight.axis, (low, high), half)
+    linear, axis = crop(picture, sight, low - 3.0, high + 3.0, half)
+    strip = cut_strip(linear, axis, (low, high), half)
     contrast = raw_contrast(strip.values, sight.weights, sight.by_distance, 0.0)
-    contrast = contrast[:, ~np.isnan(contrast).any(axis=0)]
-    s = strip.s_px[: contrast.shape[1]]
-    if s.size != strip.s_px.size:  # a leg that leaves the view
+    if np.isnan(contrast).any():  # beyond the view
         return None
+    s = strip.s_px
     if not sight.by_distance:
         contrast = contrast - np.median(contrast, axis=0)
     contrast = contrast / (abs(cut.core_level) if sight.by_distance else cut.core_level)

@@ -24,7 +24,7 @@ from tsvision.measures.cut import (
 )
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.helix import Section, model_edges
-from tsvision.measures.legs import face_from_legs
+from tsvision.measures.legs import Face, face_from_legs
 from tsvision.measures.search import POOR
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import Shading, fit_shading, plain_shading
@@ -43,7 +43,8 @@ class Looks:
     """All that stays the same in a recording.
 
     strand_count N and its confidence (1 when given); shading of the upper and lower edge;
-    diameter_px as learnt; half_px rows of a strip; zero_px: s of the separator's face; zone_px: L.
+    diameter_px as learnt; half_px rows of a strip; zero_px: s of the separator's face; zone_px: L;
+    face: the same as the legs tell it, None where they do not.
     """
 
     sight: Sight
@@ -60,6 +61,7 @@ class Looks:
     zero_known: bool
     zone_px: float
     hole_distance_mm: float
+    face: Face | None
 
 
 def pick_samples(count: int, most: int = SAMPLED_FRAMES) -> list[int]:
@@ -129,14 +131,17 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     if not np.array_equal(sight.weights, LUMA_BGR) or sight.by_distance:
         shading = (_in_colour(shading[0]), _in_colour(shading[1]))
     zero, known = _separator_face(ends, zone_px, cuts)
+    face = None
     if known:
-        legs = face_from_legs(pairs, sight, zero, ends.plate_px, 0.5 * gap_px, scale.mm_per_px)
+        face = face_from_legs(pairs, sight, zero, ends.plate_px, 0.5 * gap_px, scale.mm_per_px)
         # Holes that do not lie in the picture's plane would seem nearer to the apex.
-        if legs is not None and abs(legs.s_px - zero) < NEAR_SHARE * zone_px:
-            zero = legs.s_px
+        if face is not None and abs(face.s_px - zero) > NEAR_SHARE * zone_px:
+            face = None
+    if face is not None:
+        zero = face.s_px
     if view.axis_px:
-        face = np.subtract(view.axis_px[0], sight.axis.at(np.array(0.0)))
-        zero, known = float(face @ sight.axis.tangent(np.array(0.0))), True
+        away = np.subtract(view.axis_px[0], sight.axis.at(np.array(0.0)))
+        zero, known = float(away @ sight.axis.tangent(np.array(0.0))), True
     return Looks(
         sight=sight,
         section=section,
@@ -152,6 +157,7 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         zero_known=known,
         zone_px=zone_px,
         hole_distance_mm=rig.actuator.hole_distance_mm,
+        face=face if not view.axis_px else None,
     )
 
 
