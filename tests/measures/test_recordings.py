@@ -38,9 +38,13 @@ def measured(folder: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
     return pd.DataFrame(rows), pd.DataFrame(knots)
 
 
-def rendered(folder: Path, count: int, look: str) -> tuple[pd.DataFrame, pd.DataFrame]:
+def rendered(
+    folder: Path, count: int, look: str, slip: float = 0.0
+) -> tuple[pd.DataFrame, pd.DataFrame]:
     """(measured, truth) of a small clean recording."""
-    settings = make_settings(TURNS[count], look=look, strings=Strings(count=count), changes=SIZE)
+    changes = SIZE | {"hidden.slip": slip}
+    strings = Strings(count=count)
+    settings = make_settings(TURNS[count], look=look, strings=strings, changes=changes)
     write_recording(folder, settings)
     return measured(folder)[0], pd.read_parquet(folder / "truth.parquet")
 
@@ -90,6 +94,16 @@ def test_sense_turns_and_rows(name: str, request: pytest.FixtureRequest) -> None
     assert rows["frame"].tolist() == truth["frame"].tolist()
     straight = truth["phase"] == "twist"
     assert rows["turn_budget_error"][straight].abs().max() < 0.3
+
+
+def test_a_slip_is_seen_in_the_pictures_alone(
+    four: tuple[pd.DataFrame, pd.DataFrame], tmp_path: Path
+) -> None:
+    """5 % of every turn is lost: the turns seen grow by 5 % less than the motor's."""
+    slipping = rendered(tmp_path / "film", 4, "dark_on_bright", slip=0.05)[0]
+    growth = [np.polyfit(rows["turns"], rows["turns_seen"], 1)[0] for rows in (four[0], slipping)]
+    assert growth[0] == pytest.approx(1.0, abs=0.01)
+    assert growth[1] == pytest.approx(0.95, abs=0.01)
 
 
 def test_front_lit_strands_are_nearly_as_thick_as_they_are(tmp_path: Path) -> None:
