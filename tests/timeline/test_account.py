@@ -106,3 +106,37 @@ def test_what_is_handed_in_is_not_changed() -> None:
     pd.testing.assert_frame_equal(frames, before[0])
     pd.testing.assert_frame_equal(knots, before[1])
     assert account(frames, knots, RIG).onsets == first.onsets
+
+
+def test_coiling_read_before_there_is_any_twist_is_not_told() -> None:
+    """Edges that jump swing the centre line from the first frames on: no onset, and the reason."""
+    series = simulate(Plan(knot_turns=(), overtwist_turns=30.0))
+    random = np.random.default_rng(2)
+    swing = np.abs(series.frames["coil_amplitude_mm"]) + 0.12 * random.random(len(series.frames))
+    frames = series.frames.assign(coil_amplitude_mm=swing).iloc[1:].reset_index(drop=True)
+    told = account(frames, series.knots, RIG)
+    assert told.onsets["overtwist_onset"].status == "undetermined"
+    assert told.onsets["overtwist_onset"].turns is None
+
+
+def test_in_a_bundle_that_coils_nowhere_only_a_loop_is_a_knot() -> None:
+    """A wrong edge that stays where it is stands out by half a D; a loop by more than a D."""
+    plain = simulate(Plan(overtwist_turns=200.0, local_turns=300.0, knot_turns=(), false=0.0))
+    for size, status in ((1.55, "not_observed"), (2.2, "observed")):
+        late = plain.frames["frame"][plain.frames["turns"] > 50]
+        row = dict.fromkeys(KNOT_COLUMNS, 1.0) | {"centre_mm": 9.0, "confidence": 0.97}
+        rows = [row | {"frame": f, "max_diameter_mm": size * 0.48} for f in late]
+        top = plain.frames["max_envelope_mm"].mask(plain.frames["turns"] > 50, size * 0.48)
+        frames = plain.frames.assign(max_envelope_mm=top)
+        told = account(frames, pd.DataFrame(rows, columns=KNOT_COLUMNS), RIG)
+        assert told.onsets["knot_onset"].status == status
+        assert told.onsets["overtwist_onset"].status == status
+
+
+def test_a_last_frame_is_enough_where_frames_are_turns_apart_and_the_bundle_coils_widely() -> None:
+    series = simulate(Plan(step_turns=2.5, knot_turns=(67.4,), noise=0.02, hide=0.0, false=0.0))
+    assert (series.frames["turns"] >= series.knot_turns).sum() == 1
+    for times, status in ((1.0, "undetermined"), (1.5, "observed")):
+        swing = times * series.frames["coil_amplitude_mm"]
+        frames = series.frames.assign(coil_amplitude_mm=swing)
+        assert account(frames, series.knots, RIG).onsets["knot_onset"].status == status

@@ -16,7 +16,13 @@ from tsvision.records import Onset, Rig
 from tsvision.timeline import evidence as speak
 from tsvision.timeline.background import least_believed
 from tsvision.timeline.chain import Histories, infer
-from tsvision.timeline.consistency import MOST_AGAINST, disorder, miscounted, mismatch
+from tsvision.timeline.consistency import (
+    MOST_AGAINST,
+    disorder,
+    miscounted,
+    mismatch,
+    too_early,
+)
 from tsvision.timeline.criteria import LEVEL_OF_ONSET, Criteria
 from tsvision.timeline.cycles import onsets_by_cycle, repeatability
 from tsvision.timeline.lengths import in_both_units
@@ -73,7 +79,7 @@ def account(
     order = order_frames(frames)
     tracking = track_knots(frames, knots, order, rig.actuator.twisting_zone_mm)
     spoken = _evidence(frames, knots, tracking, rig, criteria)
-    histories = infer_all(spoken, order)
+    histories = infer_all(spoken, order, speak.ready_to_knot(frames))
     seen = speak.measured(frames)[order.rows]
     onsets, reasons = _onsets(histories, order, seen, criteria)
     onsets, reasons = _checked(onsets, reasons, frames, rig, histories, spoken, order, seen)
@@ -156,10 +162,16 @@ def _evidence(
     }
 
 
-def infer_all(spoken: dict[int, np.ndarray], order: Order) -> dict[int, Histories]:
+def infer_all(
+    spoken: dict[int, np.ndarray], order: Order, ready: np.ndarray
+) -> dict[int, Histories]:
     """Histories per level, each including the later phases: a knotted bundle is overtwisted too.
-    Uneven counts only where coiled or knotted, irreversible only where knotted."""
-    alone = {k: infer(v[order.rows], order, can_hide=k >= 3).drawn for k, v in spoken.items()}
+    Uneven counts only where coiled or knotted, irreversible only where knotted. `ready` (n,):
+    frames in which knots begin the more readily."""
+    alone = {
+        k: infer(v[order.rows], order, k >= 3, ready=ready[order.rows] if k == 3 else None).drawn
+        for k, v in spoken.items()
+    }
     coiled = alone[1] | alone[3]
     drawn = {1: coiled, 2: (alone[2] & coiled) | alone[3], 3: alone[3], 4: alone[4] & alone[3]}
     return {level: Histories(some.mean(axis=0), some) for level, some in drawn.items()}
@@ -209,13 +221,17 @@ def _checked(
     wrong = disorder(histories[3], spoken[3][order.rows], seen)
     if not reason and wrong > MOST_AGAINST:
         reason = f"knots come and go without order ({wrong:.0%} of the frames contradict)"
+    names = list(onsets)
+    if not reason:
+        names = ["overtwist_onset", "local_overtwist_onset"]
+        reason = too_early(frames, onsets["overtwist_onset"])
     if not reason:
         return onsets, reasons
     doubtful = {
-        name: Onset("undetermined", None, None, None, onset.last_turns, onset.level)
-        for name, onset in onsets.items()
+        name: Onset("undetermined", None, None, None, onsets[name].last_turns, onsets[name].level)
+        for name in names
     }
-    return doubtful, dict.fromkeys(onsets, reason)
+    return onsets | doubtful, reasons | dict.fromkeys(names, reason)
 
 
 def passing(knotted: Histories, order: Order, onset: Onset) -> tuple[str, ...]:

@@ -30,16 +30,25 @@ class Histories:
     drawn: np.ndarray
 
 
-def infer(evidence: np.ndarray, order: Order, can_hide: bool, rates: Rates = Rates()) -> Histories:
-    """Histories of one phase from its evidence (n,), given in the order of `order.rows`."""
+def infer(
+    evidence: np.ndarray,
+    order: Order,
+    can_hide: bool,
+    rates: Rates = Rates(),
+    ready: np.ndarray | None = None,
+) -> Histories:
+    """Histories of one phase from its evidence (n,), given in the order of `order.rows`; `ready`
+    (n,): frames in which it begins the more readily."""
     count = len(evidence)
     if count == 0:
         return Histories(np.zeros(0), np.zeros((DRAWS, 0), dtype=bool))
     weight = independence(np.abs(np.gradient(order.wind)), rates) if count > 1 else np.ones(1)
     emission = emissions(evidence * weight, can_hide)
     turned = np.abs(np.diff(order.wind))
+    times = np.ones(count) if ready is None else np.where(ready, rates.ready_times, 1.0)
     steps = [
-        transition(turned[i], order.direction[i + 1] > 0, can_hide, rates) for i in range(count - 1)
+        transition(turned[i], order.direction[i + 1] > 0, can_hide, rates, times[i + 1])
+        for i in range(count - 1)
     ]
     forward = _filter(emission, steps, start(float(order.wind[0]), rates))
     drawn = _draw(forward, steps)
@@ -69,10 +78,14 @@ def start(wind: float, rates: Rates) -> np.ndarray:
     return np.array([1.0 - begun, begun, 0.1 * begun])
 
 
-def transition(step_turns: float, winding: bool, can_hide: bool, rates: Rates) -> np.ndarray:
-    """(3, 3) chance of each state after each, over `step_turns` turns."""
+def transition(
+    step_turns: float, winding: bool, can_hide: bool, rates: Rates, readily: float = 1.0
+) -> np.ndarray:
+    """(3, 3) chance of each state after each, over `step_turns` turns; `readily`: by how much the
+    phase begins more readily than as a rule."""
     step = max(step_turns if np.isfinite(step_turns) else 1.0, rates.step_floor_turns)
-    rise = 1 - np.exp(-step * (rates.rise_per_turn if winding else rates.unwind_rise_per_turn))
+    per_turn = readily * rates.rise_per_turn if winding else rates.unwind_rise_per_turn
+    rise = 1 - np.exp(-step * per_turn)
     fall = 1 - np.exp(-step * (rates.fall_per_turn if winding else rates.unwind_fall_per_turn))
     changing = 1 - np.exp(-step / rates.hidden_turns)
     hide = rates.hide * changing if can_hide else 0.0

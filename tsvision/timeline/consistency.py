@@ -11,11 +11,12 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
-from tsvision.records import Rig
+from tsvision.records import Onset, Rig
 from tsvision.timeline import evidence as speak
 from tsvision.timeline.chain import Histories
 from tsvision.timeline.criteria import Criteria
 from tsvision.timeline.order import Order, numbers
+from tsvision.timeline.repeats import extent_in_diameters
 
 RISING = (
     ("turns_seen", 1),
@@ -38,6 +39,8 @@ MISCOUNT = 0.2  # relative; the count of turns in one view is a tenth off at mos
 MISCOUNT_SPREAD = 0.12  # relative; more says that the strands are misread, not the turns
 LEAST_COUNTED_TURNS = 2.5
 STRONG = 2.0
+LEAST_TWISTED = 0.3  # tan of the mean helix angle below which no bundle under load coils; the
+# paper's begin to at 1.1 to 1.3
 
 
 def mismatch(frames: pd.DataFrame, order: Order, rig: Rig = Rig()) -> str:
@@ -91,6 +94,20 @@ def miscounted(frames: pd.DataFrame, order: Order, criteria: Criteria = Criteria
     return (
         f"the pictures show {middle:.2f} times the turns given: are frames missing, or do the turn "
         "counts belong to something else?"
+    )
+
+
+def too_early(frames: pd.DataFrame, coiling: Onset) -> str:
+    """A reason where coiling is told before the bundle is twisted at all: what was read as a swing
+    of its centre line is the strands themselves, or edges that jump."""
+    if coiling.status != "observed" or coiling.high is None:
+        return ""
+    tangent = np.pi * abs(coiling.high) / extent_in_diameters(frames)
+    if tangent >= LEAST_TWISTED:
+        return ""
+    return (
+        f"coiling is read from {abs(coiling.high):.3g} turns on, before the strings are twisted "
+        "enough to coil: their edges are not seen well"
     )
 
 

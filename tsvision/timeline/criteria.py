@@ -44,11 +44,14 @@ class Rates:
     """How readily the hidden state changes, per turn; the answer hardly depends on them.
 
     A phase begins about once in a winding and seldom ends before the unwinding, where it is the
-    other way round. A knot can hide behind the bundle in one view: such a spell lasts a fraction
+    other way round. Knots grow out of a bundle that coils widely: there they begin `ready_times` as
+    readily. A knot can hide behind the bundle in one view: such a spell lasts a fraction
     of a turn, or a frame or two where frames are turns apart.
     """
 
     rise_per_turn: float = 0.02
+    ready_times: float = 3.0
+    ready_coil_ratio: float = 0.3
     fall_per_turn: float = 0.002
     unwind_rise_per_turn: float = 0.001
     unwind_fall_per_turn: float = 0.03

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import norm
 
-from tsvision.timeline.criteria import Criteria
+from tsvision.timeline.criteria import Criteria, Rates
 from tsvision.timeline.lengths import over
 from tsvision.timeline.order import numbers
 
@@ -22,6 +22,9 @@ DIAMETER_NOISE = 0.04  # relative error of a knot's largest diameter in one view
 STRAIGHT = 0.5  # a knot in a bundle that coils nowhere else (A below this share of the criterion,
 STRAIGHT_BASELINE = 1.08  # or E₀ hardly above D) …
 STRAIGHT_COST = 1.5  # … is doubtful by this log-odds: knots grow out of coiling, as a rule
+SURELY_STRAIGHT = -2.0  # log-odds for coiling below which only a loop can stand out, …
+LOOP = 1.8  # … where the bundle lies beside itself: about so many D wide. What else is seen
+NO_LOOP = -1.0  # there speaks against a knot by so much at least
 CONFIDENCE_IF_UNKNOWN = 0.95
 NO_FIT = "ENVELOPE_ONLY"  # the strands could not be fitted: D and A are not to be relied upon
 UNFITTED_MISS = 0.7  # chance of seeing no knot where there is one, in such a frame
@@ -86,6 +89,13 @@ def coil_evidence(frames: pd.DataFrame, criteria: Criteria) -> np.ndarray:
     return threshold_evidence(ratio, criteria.coil_ratio, floor=0.004)
 
 
+def ready_to_knot(frames: pd.DataFrame, rates: Rates = Rates()) -> np.ndarray:
+    """(n,) True where the bundle coils so widely that knots may snap out."""
+    with np.errstate(invalid="ignore"):
+        wide: np.ndarray = steady_ratio(frames, "coil_amplitude") >= rates.ready_coil_ratio
+    return wide
+
+
 def steady_ratio(frames: pd.DataFrame, name: str, window: int = 9) -> np.ndarray:
     """(n,) as `ratio_of`, with D taken as a running median over the frames around."""
     plain = ratio_of(frames, name)
@@ -114,7 +124,12 @@ def knot_evidence(frames: pd.DataFrame, certainty: np.ndarray, criteria: Criteri
     straight = ratio_of(frames, "coil_amplitude") < STRAIGHT * criteria.coil_ratio
     straight |= ratio_of(frames, "baseline_envelope") < STRAIGHT_BASELINE
     straight &= ~flagged(frames, NO_FIT)
-    result = np.where(seen, speaks_for - STRAIGHT_COST * straight, np.log(miss))
+    speaks_for = speaks_for - STRAIGHT_COST * straight
+    loop = ~(ratio_of(frames, "max_envelope") < LOOP)
+    uncoiled = (coil_evidence(frames, criteria) < SURELY_STRAIGHT) & ~loop
+    result = np.where(
+        seen, np.where(uncoiled, np.minimum(speaks_for, NO_LOOP), speaks_for), np.log(miss)
+    )
     return np.where(measured(frames), np.clip(result, -MOST, MOST), 0.0)
 
 

@@ -13,12 +13,13 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import pandas as pd
 
-from tsvision.records import FrameResult, FrameRow, Onset, Rig
+from tsvision.records import FrameResult, FrameRow, KnotSighting, Onset, Rig
 from tsvision.timeline import evidence as speak
 from tsvision.timeline.account import Account, account
 from tsvision.timeline.background import Background
 from tsvision.timeline.chain import emissions, independence, start, transition
 from tsvision.timeline.criteria import LEVEL_OF_ONSET, PHASES, Criteria, Rates
+from tsvision.timeline.repeats import USUAL_EXTENT_D, repeat_odds
 from tsvision.timeline.tables import tables
 from tsvision.timeline.tracks import (
     ARTEFACT_GROWTH,
@@ -26,6 +27,8 @@ from tsvision.timeline.tracks import (
     ARTEFACT_SHARE,
     ARTEFACT_TURNS,
     BEYOND_D,
+    GATE_D,
+    GATE_LENGTH,
 )
 
 TAIL = 15  # frames over which noise and D are taken; a longer memory costs time and brings little
@@ -67,6 +70,7 @@ class Live:
         self._winding = True
         self._background = Background()
         self._early: list[list[tuple[float, float]]] = []
+        self._before: tuple[KnotSighting, ...] = ()
 
     def restart(self, revised: list[FrameResult]) -> None:
         """Take back what was believed since the first of the revised frames and believe them
@@ -87,7 +91,8 @@ class Live:
         """Take one measured frame, in the order taken."""
         self.results.append(FrameResult(result.row, None, result.knots))
         spoken = self._evidence(result)
-        self._advance(spoken, abs(result.row.turns))
+        ready = bool(speak.ready_to_knot(pd.DataFrame(list(self._tail)))[-1])
+        self._advance(spoken, abs(result.row.turns), ready)
         there = self._nested()
         level = max((k for k, p in there.items() if p > 0.5), default=0)
         level_watched = LEVEL_OF_ONSET[self.watch_for]
@@ -135,12 +140,32 @@ class Live:
             if knot.centre_mm > zone:
                 continue
             chance = self._background.chance(knot.max_diameter_mm / base, knot.confidence)
+            chance = self._repeated(chance, knot, row)
             against = (1.0 if np.isnan(against) else against) * (1 - chance)
             if np.isfinite(row.mm_per_px):
                 largest = float(np.fmax(largest, knot.max_diameter_mm))
         coil = row.coil_amplitude_mm / row.diameter_mm
         self._background.push(row.max_envelope_mm / base, coil, sighted=bool(result.knots))
+        self._before = result.knots
         return np.array([1 - against]), np.array([largest])
+
+    def _repeated(self, chance: float, knot: KnotSighting, row: FrameRow) -> float:
+        """The chance of a sighting that shows where one showed in the frame before."""
+        if not self._before:
+            return chance
+        unit = row.diameter_px if np.isfinite(row.diameter_px) else 20.0
+        away = [
+            np.hypot(knot.centre_x_px - one.centre_x_px, knot.centre_y_px - one.centre_y_px) / unit
+            for one in self._before
+        ]
+        length = knot.length_mm / row.diameter_mm
+        gate = GATE_D + GATE_LENGTH * (length if np.isfinite(length) else 1.5)
+        if min(away) > gate:
+            return chance
+        axis = np.hypot(row.axis_x1_px - row.axis_x0_px, row.axis_y1_px - row.axis_y0_px) / unit
+        extent = float(axis) if np.isfinite(axis) else USUAL_EXTENT_D
+        odds = np.log(chance / (1.0 - chance)) + repeat_odds(len(self._before), gate, extent)
+        return float(1.0 / (1.0 + np.exp(-odds)))
 
     def _is_dirt(self, x_px: float, size_mm: float, diameter_px: float) -> bool:
         reach = ARTEFACT_REACH_D * (diameter_px if np.isfinite(diameter_px) else 20.0)
@@ -150,8 +175,8 @@ class Live:
         ]
         return sum(alike) >= 2 and sum(alike) >= ARTEFACT_SHARE * len(alike)
 
-    def _advance(self, spoken: dict[int, float], wind: float) -> None:
-        """One step of the forward filter for each level."""
+    def _advance(self, spoken: dict[int, float], wind: float, ready: bool) -> None:
+        """One step of the forward filter for each level; `ready`: knots begin the more readily."""
         step = abs(wind - self._wind)
         self._turn_back(wind)
         first = not self._belief
@@ -161,7 +186,9 @@ class Live:
             if first:
                 prior = start(wind, self.rates)
             else:
-                prior = self._belief[level] @ transition(step, self._winding, hides, self.rates)
+                readily = self.rates.ready_times if ready and level == 3 else 1.0
+                steps = transition(step, self._winding, hides, self.rates, readily)
+                prior = self._belief[level] @ steps
             belief = prior * emissions(np.array([value * weight]), hides)[0]
             self._belief[level] = belief / belief.sum()
         if np.isfinite(wind):
