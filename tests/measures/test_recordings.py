@@ -82,6 +82,9 @@ def test_coiled_and_knotted_bundles(two: tuple[pd.DataFrame, pd.DataFrame]) -> N
     np.testing.assert_allclose(rows["diameter_px"], truth["diameter_px"], atol=0.35)
     np.testing.assert_allclose(rows["pitch_px"], truth["pitch_px"], rtol=0.025)
     np.testing.assert_allclose(rows["coil_amplitude_mm"], truth["coil_amplitude_mm"], rtol=0.05)
+    # Knots included: what they hold is read from their coils.
+    np.testing.assert_allclose(rows["turns_seen"], rows["turns"], rtol=0.03)
+    np.testing.assert_allclose(rows["string_length_mm"], truth["string_length_mm"], rtol=0.03)
     for name in ("coil_amplitude", "baseline_envelope", "max_envelope"):
         np.testing.assert_allclose(rows[f"{name}_px"] * rows["mm_per_px"], rows[f"{name}_mm"])
 

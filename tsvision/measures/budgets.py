@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from tsvision.measures.bundle import BundleFit
-from tsvision.measures.helix import KC, Edges, K
+from tsvision.measures.helix import RHO, Edges, HelixFit
+from tsvision.measures.laid import laid_along
 from tsvision.measures.looks import Looks
-from tsvision.records import FrameRow
+from tsvision.records import FrameRow, KnotSighting
 
 NAN = float("nan")
+KNOT_SD = 0.05  # of the turns and the string that knots hold
 
 
 def add_budgets(
@@ -21,25 +23,35 @@ def add_budgets(
     mid: BundleFit | None,
     apex_px: float,
     edges: Edges,
+    knots: tuple[KnotSighting, ...],
+    envelope_px: np.ndarray,
 ) -> FrameRow:
-    """Turns and string length seen, from the rates beside the separator and in mid-span."""
+    """Turns and string length seen from apex to connector, by the fits beside the separator and in
+    mid-span. envelope_px (M,): E(s) at the edges' s."""
     known = np.flatnonzero((edges.upper_weight > 0) & (edges.lower_weight > 0))
     end = looks.ends.connector_px
     if known.size < 10 or not np.isfinite(apex_px) or not np.isfinite(end):
         return row
-    fits = [f.fit for f in (near, mid) if f is not None]
+    fits = [f for f in (near, mid) if f is not None]
     if not fits:
         return row
-    length = end - apex_px
-    rates = [(f.p[K] + (f.p[KC] if f.coiled else 0.0)) / (2 * np.pi) for f in fits]
-    turns_seen = 0.25 + float(np.mean(rates)) * length
-    sd = 0.01 * turns_seen + float(np.ptp(rates)) * length / 2
     scale = looks.scale.mm_per_px
-    a = [np.sqrt(np.mean((2 * f.p[0] * f.section.radius_d) ** 2)) for f in fits]
-    stretch = [
-        f.stretch * np.sqrt(1.0 + (2 * np.pi * ai / f.pitch_px) ** 2)
-        for f, ai in zip(fits, a, strict=True)
+    unit = scale if np.isfinite(scale) else 1.0
+    ends = [
+        (
+            looks.zero_px + (k.centre_mm - 0.5 * k.length_mm) / unit,
+            looks.zero_px + (k.centre_mm + 0.5 * k.length_mm) / unit,
+        )
+        for k in knots
     ]
+    laid = [laid_along(f, edges, envelope_px, ends, apex_px, end) for f in fits]
+    turns = [each.turns for each in laid]
+    turns_seen = 0.25 + float(np.mean(turns))
+    held = float(np.mean([each.knot_turns for each in laid]))
+    sd = 0.01 * turns_seen + 0.5 * float(np.ptp(turns)) + KNOT_SD * held
+    lay = [_lay(f.fit) for f in fits]
+    string = [each.bundle_px * x for each, x in zip(laid, lay, strict=True)]
+    knotted = float(np.mean([each.knot_bundle_px * x for each, x in zip(laid, lay, strict=True)]))
     leg = NAN
     row = replace(
         row,
@@ -53,10 +65,17 @@ def add_budgets(
     apex_mm = row.apex_mm
     if np.isfinite(apex_mm) and looks.zero_known:
         leg = float(np.hypot(apex_mm, 0.5 * looks.hole_distance_mm))
-        bundle = float(np.mean(stretch)) * length * scale
+        bundle = float(np.mean(string)) * scale
         row = replace(
             row,
             string_length_mm=leg + bundle,
-            string_length_mm_sd=0.01 * bundle + float(np.ptp(stretch)) * length * scale / 2,
+            string_length_mm_sd=0.01 * bundle
+            + (0.5 * float(np.ptp(string)) + KNOT_SD * knotted) * scale,
         )
     return row
+
+
+def _lay(fit: HelixFit) -> float:
+    """Length of string per length of bundle, rms over the strands."""
+    away = np.sqrt(np.mean((2 * fit.p[RHO] * fit.section.radius_d) ** 2))
+    return float(np.sqrt(1.0 + (2 * np.pi * away / fit.pitch_px) ** 2))

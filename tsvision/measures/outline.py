@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,6 +26,15 @@ COMES_SHORT = 0.3
 COILS = 0.05  # rms swing over D from which a bundle coils
 
 
+class Outlined(NamedTuple):
+    """envelope_px (M,): E(s) at the edges' s, closed over no more than a knot's coil."""
+
+    row: FrameRow
+    profile: Profile
+    knots: tuple[KnotSighting, ...]
+    envelope_px: np.ndarray
+
+
 def add_outline(
     row: FrameRow,
     edges: Edges,
@@ -32,8 +42,8 @@ def add_outline(
     near: BundleFit | None,
     mid: BundleFit | None,
     apex_px: float,
-) -> tuple[FrameRow, Profile, tuple[KnotSighting, ...]]:
-    """Row with amplitude, envelope and knots filled in, the profile, the knots.
+) -> Outlined:
+    """Row with amplitude, envelope and knots filled in, the profile, the knots, and E(s).
 
     Without a scale the knots' lengths are px.
     """
@@ -87,7 +97,7 @@ def add_outline(
         max_envelope_mm=top * mm,
         knot_count=float(len(knots)),
     )
-    return row, _profile(edges, looks, envelope), tuple(knots)
+    return Outlined(row, _profile(edges, looks, envelope), tuple(knots), tight)
 
 
 def _period(

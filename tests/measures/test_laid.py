@@ -1,0 +1,92 @@
+"""Turns and bundle along a zone whose coil widens into a knot, against the curve itself.
+
+The truth is counted on a sampled centre line: its length, and the material's twist along it plus
+what the line's own coiling adds (Calugareanu: link = twist + writhe, here of a slowly varying
+helix, whose writhe a turn is one less the cosine of its lead).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tsvision.measures.bundle import BundleFit
+from tsvision.measures.helix import KC, PHI, PHIC, RC, RHO, Edges, HelixFit, K, model_edges
+from tsvision.measures.laid import coil_rate, laid_along
+from tsvision.measures.section import pair_core
+
+TWIST = 2.0 * np.pi / 40.0  # rad per px of bundle
+D = 20.0
+COIL, KNOT = (4.0, 2.0 * np.pi / 60.0), (12.0, 2.0 * np.pi / 28.0)  # radius, rate
+
+
+def fit_of(radius: float, rate: float) -> HelixFit:
+    section = pair_core(2)
+    q = float(np.hypot(1.0, radius * rate))
+    p = np.zeros(9)
+    p[RHO], p[RC], p[KC] = 0.5 * D / section.diameter_d, radius, rate
+    p[K], p[PHI], p[PHIC] = TWIST * q - rate / q, 0.3, 0.1
+    return HelixFit(p, np.eye(9), 0.1, 0.1, 300, section, (0.0, 300.0))
+
+
+def laid(radius: np.ndarray, rate: np.ndarray) -> tuple[float, float]:
+    """(turns, bundle px) of unit columns, counted on the curve."""
+    step = 0.01
+    s = np.arange(0.0, radius.size - 1.0, step)
+    r = np.interp(s, np.arange(radius.size), radius)
+    angle = np.cumsum(np.interp(s, np.arange(rate.size), rate)) * step
+    line = np.stack([s, r * np.cos(angle), r * np.sin(angle)], axis=1)
+    along = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    length = float(along.sum())
+    writhe = float(((1.0 - step / along) * np.diff(angle)).sum()) / (2.0 * np.pi)
+    return TWIST * length / (2.0 * np.pi) + writhe, length
+
+
+def shown(radius: np.ndarray, rate: np.ndarray) -> tuple[Edges, np.ndarray]:
+    """Edges whose middle swings as the coil does, and its envelope."""
+    s = np.arange(radius.size, dtype=float)
+    middle = radius * np.cos(np.cumsum(rate))
+    ones = np.ones(s.size)
+    return Edges(s, middle + 0.5 * D, middle - 0.5 * D, ones, ones), D + 2.0 * radius
+
+
+@pytest.mark.parametrize("coil", [(0.0, 0.0), COIL])
+def test_what_a_knot_holds(coil: tuple[float, float]) -> None:
+    s = np.arange(600.0)
+    knot = (220.0, 330.0)
+    inside = (s >= knot[0]) & (s <= knot[1])
+    radius = np.where(inside, KNOT[0], coil[0])
+    rate = np.where(inside, KNOT[1], coil[1])
+    edges, envelope = shown(radius, rate)
+    fit = BundleFit(fit_of(*coil), 20.0, 180.0)
+    # The envelope says where the knot ends; its coils are laid a little beyond that.
+    seen = laid_along(fit, edges, envelope, [knot], 0.0, 599.0)
+    turns, length = laid(radius, rate)
+    assert seen.turns == pytest.approx(turns, rel=0.03)
+    assert seen.bundle_px == pytest.approx(length, rel=0.03)
+    assert 0.3 < seen.knot_turns / seen.turns < 0.7
+    assert coil_rate(edges, *knot, D) == pytest.approx(KNOT[1], rel=0.05)
+
+
+def test_an_uneven_coil() -> None:
+    """The fit's window shows a coil of 4 px; it is 8 px wide further on."""
+    s = np.arange(600.0)
+    radius = np.where(s < 300, COIL[0], 2.0 * COIL[0])
+    rate = np.full(s.size, COIL[1])
+    edges, envelope = shown(radius, rate)
+    seen = laid_along(BundleFit(fit_of(*COIL), 20.0, 180.0), edges, envelope, [], 0.0, 599.0)
+    turns, length = laid(radius, rate)
+    assert seen.turns == pytest.approx(turns, rel=0.01)
+    assert seen.bundle_px == pytest.approx(length, rel=0.01)
+
+
+def test_a_straight_bundle_has_its_own_rate_only() -> None:
+    s = np.arange(400.0)
+    fit = fit_of(0.0, 0.0)
+    up, low = model_edges(fit.p, fit.section, -200.0, 400)
+    ones = np.ones(s.size)
+    edges = Edges(s, up, low, ones, ones)
+    seen = laid_along(BundleFit(fit, 0.0, 399.0), edges, np.full(400, 22.0), [], 0.5, 399.5)
+    assert seen.turns == pytest.approx(TWIST * 399.0 / (2.0 * np.pi))
+    assert seen.bundle_px == pytest.approx(399.0)
+    assert seen.knot_turns == 0.0 and seen.knot_bundle_px == 0.0

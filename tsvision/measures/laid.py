@@ -1,0 +1,102 @@
+"""Turns and string that lie along the zone, where the bundle coils unevenly or holds knots.
+
+No helix can be fitted to a knot, whose coils grow and shrink within two or three of them. But its
+coils show: their radius in the envelope, their rate in the swinging middle of the edges. And a
+bundle passes its torque on, so that the material is twisted as much per length of bundle inside a
+knot as beside it; per length of the zone it is more, for a coil of radius R and rate q lays
+sqrt(1 + (R q)²) of bundle there and adds q (1 - 1 / sqrt(1 + (R q)²)) of turning itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tsvision.measures.bundle import BundleFit
+from tsvision.measures.helix import KC, RC, Edges, K
+
+TIGHTEST, WIDEST = 0.8, 2.5  # pitches of a knot's coils, in D
+BEYOND = 0.3  # D on either side of a knot, where its coils begin
+LEAST_RADIUS = 0.05  # of D: thinner coils are not read from the envelope
+MOST_MENDED = 1.3  # times that a fitted coil may be as wide as the envelope has it
+
+
+@dataclass(frozen=True)
+class Laid:
+    """Turns and length of bundle (px) between two s, and the shares of them inside knots."""
+
+    turns: float
+    bundle_px: float
+    knot_turns: float
+    knot_bundle_px: float
+
+
+def laid_along(
+    found: BundleFit,
+    edges: Edges,
+    envelope_px: np.ndarray,
+    knots_px: list[tuple[float, float]],
+    start_px: float,
+    end_px: float,
+) -> Laid:
+    """What lies between two s when the bundle elsewhere is twisted as in a fit's window.
+
+    envelope_px (M,): E(s) at the edges' s, closed over no more than a coil of a knot; knots_px:
+    first and last s of each.
+    """
+    fit = found.fit
+    s = np.arange(np.ceil(start_px), end_px)
+    known = np.isfinite(envelope_px)
+    coils, stretch = (float(fit.p[KC]), fit.stretch) if fit.coiled else (0.0, 1.0)
+    twist = (float(fit.p[K]) + coils / stretch) / stretch  # rad per px of bundle
+    rate = np.full(s.size, coils)
+    radius = np.zeros(s.size)
+    begins = BEYOND * fit.diameter_px
+    if known.any():
+        reach = np.clip(0.5 * (envelope_px[known] - fit.diameter_px), 0.0, None)
+        shown = np.interp(s, edges.s_px[known], reach)
+        if fit.coiled:
+            radius = shown * _mend(found, edges.s_px[known], reach)
+        for low, high in knots_px:
+            inside = np.abs(s - 0.5 * (low + high)) <= 0.5 * (high - low) + begins
+            tight = coil_rate(edges, low, high, fit.diameter_px)
+            if np.isfinite(tight):
+                rate[inside], radius[inside] = tight, shown[inside]
+    elif fit.coiled:
+        radius[:] = float(fit.p[RC])
+    length = np.sqrt(1.0 + (radius * rate) ** 2)
+    turning = (twist * length + rate * (1.0 - 1.0 / length)) / (2.0 * np.pi)
+    knotted = np.zeros(s.size, dtype=bool)
+    for low, high in knots_px:
+        knotted |= (s >= low) & (s <= high)
+    part = (end_px - start_px) / max(s.size, 1)
+    return Laid(
+        float(turning.sum() * part),
+        float(length.sum() * part),
+        float(turning[knotted].sum()),
+        float(length[knotted].sum()),
+    )
+
+
+def coil_rate(edges: Edges, low_px: float, high_px: float, diameter_px: float) -> float:
+    """Rate (rad/px) of the coils between two s, from the middle of the edges; NaN if unseen."""
+    part = edges.window(low_px - BEYOND * diameter_px, high_px + BEYOND * diameter_px)
+    both = (part.upper_weight > 0.1) & (part.lower_weight > 0.1)
+    if both.sum() < 0.5 * diameter_px:
+        return float("nan")
+    middle = np.interp(part.s_px, part.s_px[both], (0.5 * (part.upper_px + part.lower_px))[both])
+    tapered = np.hanning(middle.size) * (middle - middle.mean())
+    rates = 2.0 * np.pi / diameter_px * np.linspace(1.0 / WIDEST, 1.0 / TIGHTEST, 200)
+    swing = np.abs(np.exp(-1j * np.outer(rates, np.arange(middle.size))) @ tapered)
+    return float(rates[int(np.argmax(swing))])
+
+
+def _mend(found: BundleFit, s_px: np.ndarray, reach: np.ndarray) -> float:
+    """By what the envelope's radius is to be multiplied to be the fitted one in the fit's window:
+    lobes of strands that stand out beyond D, and those that do not happen to show."""
+    window = (s_px >= found.s_low_px) & (s_px <= found.s_high_px)
+    mean = float(reach[window].mean()) if window.any() else 0.0
+    if mean < LEAST_RADIUS * found.fit.diameter_px:
+        return 1.0
+    return min(float(found.fit.p[RC]) / mean, MOST_MENDED)
