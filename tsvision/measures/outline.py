@@ -23,6 +23,10 @@ NAN = float("nan")
 # One view shows E only where a lobe of the coil happens to point sideways: either end of a knot
 # comes out short by up to half a lobe, both together by this part of D on average.
 COMES_SHORT = 0.3
+# Lobes of the strands meet those of the coil now here, now there: closed over one coil alone, the
+# lower quartile of an even coil comes out a tenth low, and stretches seen better look like knots.
+BEATS = 1.4  # coils over which the envelope is closed where its baseline is read
+BEYOND = 0.1  # of D: how much farther than the outline a fitted coil may reach
 COILS = 0.05  # rms swing over D from which a bundle coils
 
 
@@ -63,7 +67,7 @@ def add_outline(
     # about one coil wide: closed over the bundle's own period two knots that lie near each other
     # would run together, and the dips would vanish.
     tight = envelope_px(upper, lower, known, max(0.5 * period, 1.2 * diameter), diameter)
-    base = baseline_px(envelope)
+    base = baseline_px(envelope_px(upper, lower, known, BEATS * period, diameter))
     s_px = edges.s_px - looks.zero_px
     sd = row.diameter_px_sd if np.isfinite(row.diameter_px_sd) else 0.05 * diameter
     unit = mm if np.isfinite(mm) else 1.0
@@ -83,6 +87,8 @@ def add_outline(
     )
     top = float(np.nanmax(envelope)) if np.isfinite(base) else NAN
     fitted = near.fit.p[RC] if near is not None and np.isfinite(row.pitch_px) else NAN
+    if fitted > 0.5 * (top - diameter) + BEYOND * diameter:
+        fitted = NAN  # no centre line swings farther out than the strings are seen
     # The middle of the edges swings with the coil alone where the section is symmetric.
     even = looks.strand_count % 2 == 0
     amplitude = float(np.fmax(fitted, swing)) if even else float(fitted)
