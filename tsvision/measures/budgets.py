@@ -7,13 +7,16 @@ from dataclasses import replace
 import numpy as np
 
 from tsvision.measures.bundle import BundleFit
+from tsvision.measures.ends import NEAR_SHARE
 from tsvision.measures.helix import RHO, Edges, HelixFit
 from tsvision.measures.laid import laid_along
 from tsvision.measures.looks import Looks
 from tsvision.records import FrameRow, KnotSighting
 
 NAN = float("nan")
-KNOT_SD = 0.05  # of the turns and the string that knots hold
+ENDS_SD = 0.12  # turns: what lies between where apex and connector are seen and where they are
+RATE_SD = 0.007  # of the turns and the string between them
+KNOT_SD = 0.06  # of the turns and the string that knots hold
 
 
 def add_budgets(
@@ -29,7 +32,7 @@ def add_budgets(
     """Turns and string length seen from apex to connector, by the fits beside the separator and in
     mid-span. envelope_px (M,): E(s) at the edges' s."""
     known = np.flatnonzero((edges.upper_weight > 0) & (edges.lower_weight > 0))
-    end = looks.ends.connector_px
+    end = connector_px(looks)
     if known.size < 10 or not np.isfinite(apex_px) or not np.isfinite(end):
         return row
     fits = [f for f in (near, mid) if f is not None]
@@ -48,7 +51,7 @@ def add_budgets(
     turns = [each.turns for each in laid]
     turns_seen = 0.25 + float(np.mean(turns))
     held = float(np.mean([each.knot_turns for each in laid]))
-    sd = 0.01 * turns_seen + 0.5 * float(np.ptp(turns)) + KNOT_SD * held
+    sd = float(np.hypot(ENDS_SD, RATE_SD * turns_seen) + 0.5 * np.ptp(turns) + KNOT_SD * held)
     lay = [_lay(f.fit) for f in fits]
     string = [each.bundle_px * x for each, x in zip(laid, lay, strict=True)]
     knotted = float(np.mean([each.knot_bundle_px * x for each, x in zip(laid, lay, strict=True)]))
@@ -69,10 +72,19 @@ def add_budgets(
         row = replace(
             row,
             string_length_mm=leg + bundle,
-            string_length_mm_sd=0.01 * bundle
+            string_length_mm_sd=RATE_SD * bundle
             + (0.5 * float(np.ptp(string)) + KNOT_SD * knotted) * scale,
         )
     return row
+
+
+def connector_px(looks: Looks) -> float:
+    """s of the connector's face: L from where the legs leave the plate, if it is seen about there.
+    Motion ends a little before the face, the more the blur and the spigot's glitter."""
+    seen, told = looks.ends.connector_px, looks.zero_px + looks.zone_px
+    if looks.face is None or not abs(seen - told) < NEAR_SHARE * looks.zone_px:
+        return seen
+    return told
 
 
 def _lay(fit: HelixFit) -> float:

@@ -10,7 +10,9 @@ bias_px         its mean;  D_%: rms of diameter_mm
 p_px_% / p_mm_% median and rms of pitch_px at the local scale along the axis; of pitch_mm
 beta_deg        rms of β;  hand: frames right of those with a twist
 knots           hits-misses-false over frames;  onset: measured [low, high] against the truth
-cover           share of frames whose 95 % interval holds D (px), pitch (mm), β
+turns           turns seen in the picture minus the motor's: rms in turns where there are no
+                knots, in per cent where there are
+cover           share of frames whose 95 % interval holds D (px), pitch (mm), β, turns
 edge_px         median, and 90th percentile of the size, of half the silhouette's width error
 ms              median time a frame
 """
@@ -106,6 +108,9 @@ def compare(true: dict[str, Any], row: pd.Series) -> dict[str, Any]:
         "beta_deg": np.degrees(row["helix_angle_rad"] - beta),
         "beta_sigmas": (row["helix_angle_rad"] - beta) / row["helix_angle_rad_sd"],
         "hand": row["handedness"] == SIDES[true["handedness"]],
+        "turns_off": row["turns_seen"] - true["turns"],
+        "turns_share": row["turns_seen"] / true["turns"] - 1 if true["turns"] else np.nan,
+        "turns_sigmas": (row["turns_seen"] - true["turns"]) / row["turns_seen_sd"],
         "knots_true": true["n_knots_visible"],
         "knots": row["knot_count"],
         "phase": row["phase"],
@@ -184,6 +189,7 @@ def summary(scored: Scored) -> dict[str, str]:
     all_rows = scored.frames
     rows = all_rows[all_rows["true"]]
     straight, coiled = rows[~rows["coiled"]], rows[rows["coiled"]]
+    plain, knotted = rows[rows["knots_true"] == 0], rows[rows["knots_true"] > 0]
     onset, true = scored.onset, scored.true_onset
     got = onset["status"] if onset["turns"] is None else f"{onset['turns']:.3g}"
     if onset["turns"] is not None and onset["low"] is not None:
@@ -203,7 +209,10 @@ def summary(scored: Scored) -> dict[str, str]:
         "hand": f"{rows['hand'].sum()}/{len(rows)}",
         "knots": "{}-{}-{}".format(*scored.knots),
         "onset": f"{got} / {'none' if true is None else f'{true:g}'}",
-        "cover": " ".join(cover(rows[c]) for c in ("D_sigmas", "p_sigmas", "beta_sigmas")),
+        "turns": f"{rms(plain['turns_off']):.2f} {100 * rms(knotted['turns_share']):.1f}",
+        "cover": " ".join(
+            cover(rows[c]) for c in ("D_sigmas", "p_sigmas", "beta_sigmas", "turns_sigmas")
+        ),
         "edge_px": " ".join(f"{e.mean():+.2f}" for e in edges) or "-",
         "ms": f"{scored.ms:.0f}",
     }
