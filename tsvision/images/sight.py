@@ -21,7 +21,7 @@ from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are of several colours
 SWINGS = 0.06  # share of a bundle's outline that changes between frames, at least
 ACROSS = 0.4  # of the ground's light: how far strings stand out across its colour, to rely on it
-MOVING_SHARE = 0.4  # of the axis' length that moves, from which nothing speaks against it
+LEAST_MOVING = 0.01  # share of the axis that counts as moving even where none is seen to
 DEEPEST_CHROMA = 0.25  # contrast to which blocks of compressed colour reach beside strands
 FEWEST_PX = 24  # on a picture's or region's short side
 ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
@@ -110,11 +110,12 @@ def _robust_parabola(level: np.ndarray) -> np.ndarray:
     fitted = np.full(xs.size, middle)
     powers = np.stack([np.ones_like(xs), xs, xs * xs], 1)
     coefficients = np.array([middle, 0.0, 0.0])
+    ridge = 1e-9 * xs.size * np.eye(3)
     scale = max(1.5 * spread, 2.0 * noise)
     for _ in range(15):
         weight = 1.0 / (1.0 + ((ys - fitted) / scale) ** 2)
-        design = powers * weight[:, None]
-        coefficients = np.linalg.lstsq(design, ys * weight, rcond=1e-6)[0]
+        weighted = powers.T * (weight * weight)
+        coefficients = np.linalg.solve(weighted @ powers + ridge, weighted @ ys)
         fitted = powers @ coefficients
         scale = max(0.7 * scale, 2.0 * noise)
     return coefficients[0] + coefficients[1] * x + coefficients[2] * x * x
@@ -185,8 +186,12 @@ def find_sight(
     def merit(trial: tuple[Axis, float, float]) -> float:
         line, wide, support = trial
         if motion is not None:
-            share = moving_share(line, wide, motion, round(factor * max(shape)))
-            support *= float(np.clip(share / MOVING_SHARE, 0.02, 1.0))
+            # A cable that lies by the strings for a part of its length moves there, but aside.
+            shares = [
+                moving_share(line, part * wide, motion, round(factor * max(shape)))
+                for part in (1.0, 0.5)
+            ]
+            support *= max(float(np.mean(shares)), LEAST_MOVING)
         return support * _plausible(wide / factor, widths_px)
 
     best = max(trials, key=merit)

@@ -147,7 +147,7 @@ def _carried_on(
     band = Band(min(rate, moved) - margin, max(rate, moved) + margin, expected_rate)
     if not fit.coiled:
         return search_straight(part, section, diameter, band, scale_px)
-    coil, _ = coil_at(part, float(fit.p[KC]))
+    coil = coil_at(part, float(fit.p[KC]))
     return search_coiled(part, section, diameter, [band], [coil], scale_px)
 
 

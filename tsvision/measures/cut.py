@@ -82,7 +82,8 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
 def crop(
     pixels: np.ndarray, sight: Sight, low: float, high: float, half: int
 ) -> tuple[np.ndarray, Axis]:
-    """Linear light of only the part of the picture that the strip touches."""
+    """Linear light of only the part of the picture that the strip touches; the signal alone,
+    (H, W), where that is a sum of light: one channel is straightened in a third of the time."""
     axis = sight.axis
     s = np.linspace(low, high, 2 if axis.is_straight else 64)
     centre, t = axis.at(s), axis.tangent(s)
@@ -94,7 +95,10 @@ def crop(
     if part.size == 0:
         part, x0, y0 = pixels, 0, 0
     moved = Axis(axis.points_px - np.array([x0, y0], dtype=float), axis.arc_px)
-    return to_linear(np.ascontiguousarray(part), sight.gamma), moved
+    linear = to_linear(np.ascontiguousarray(part), sight.gamma)
+    if not sight.by_distance and np.all(sight.weights >= 0.0):
+        linear = project(linear, sight.weights)
+    return linear, moved
 
 
 def rough_edges(cut: Cut) -> tuple[np.ndarray, np.ndarray]:

@@ -133,7 +133,8 @@ def coils_of(edges: Edges, diameter_px: float) -> list[list[np.ndarray]]:
     wide = 0.5 * (float(reach) - diameter_px)
     found = []
     for number, rate in enumerate(rates):
-        p = max((coil_at(edges, rate + d) for d in near), key=lambda c: c[1])[0]
+        tried, explained = _coils_at(edges, rate + near)
+        p = tried[int(np.argmax(explained))].copy()
         p[RC] = max(p[RC], 0.02 * diameter_px)
         options = [p]
         # Where the line runs steeply edges are lost, and the fitted swing is too small: the
@@ -145,19 +146,30 @@ def coils_of(edges: Edges, diameter_px: float) -> list[list[np.ndarray]]:
     return found
 
 
-def coil_at(edges: Edges, rate: float) -> tuple[np.ndarray, float]:
-    """Radius and phase with which the centre line coils at a known rate, as (9,), and how much of
-    the line's variance about a straight one that explains."""
+def coil_at(edges: Edges, rate: float) -> np.ndarray:
+    """Radius and phase with which the centre line coils at a known rate, as (9,)."""
+    return _coils_at(edges, np.array([rate]))[0][0]
+
+
+def _coils_at(edges: Edges, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Radius, rate and phase of a coil at each of `rates` (K,), as (K, 9), and how much of the
+    line's variance about a straight one each explains (K,). Weighted least squares."""
     centre, w = _centre(edges)
     z = edges.s_px - 0.5 * (edges.s_px[0] + edges.s_px[-1])
-    design = np.stack([np.ones_like(z), z, np.cos(rate * z), np.sin(rate * z)], 1) * w[:, None]
-    straight = np.linalg.lstsq(design[:, :2], centre * w, rcond=None)[0]
-    c = np.linalg.lstsq(design, centre * w, rcond=None)[0]
-    before = float(np.sum((centre * w - design[:, :2] @ straight) ** 2))
-    after = float(np.sum((centre * w - design @ c) ** 2))
-    p = np.zeros(9)
-    p[RC], p[KC], p[PHIC] = np.hypot(c[2], c[3]), rate, np.arctan2(-c[3], c[2])
-    return p, 1.0 - after / max(before, 1e-12)
+    straight = np.linalg.qr(np.stack([w, z * w], axis=1))[0]
+    rest = centre * w
+    rest = rest - straight @ (straight.T @ rest)
+    waves = np.stack([np.cos(np.outer(rates, z)), np.sin(np.outer(rates, z))], axis=1) * w
+    waves = waves - (waves @ straight) @ straight.T
+    normal = waves @ waves.transpose(0, 2, 1)
+    normal += 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(2) + 1e-12
+    along = waves @ rest
+    c = np.linalg.solve(normal, along[..., None])[..., 0]
+    before = float(rest @ rest)
+    p = np.zeros((rates.size, 9))
+    p[:, RC], p[:, KC] = np.hypot(c[:, 0], c[:, 1]), rates
+    p[:, PHIC] = np.arctan2(-c[:, 1], c[:, 0])
+    return p, (c * along).sum(axis=1) / max(before, 1e-12)
 
 
 def spectrum_peaks(
