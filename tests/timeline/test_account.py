@@ -140,3 +140,17 @@ def test_a_last_frame_is_enough_where_frames_are_turns_apart_and_the_bundle_coil
         swing = times * series.frames["coil_amplitude_mm"]
         frames = series.frames.assign(coil_amplitude_mm=swing)
         assert account(frames, series.knots, RIG).onsets["knot_onset"].status == status
+
+
+@pytest.mark.parametrize(("shown", "late"), [(1.0, 1.0), (0.6, 3.0)])
+def test_where_no_helix_fits_the_middle_of_the_edges_tells_of_coiling(
+    shown: float, late: float
+) -> None:
+    """It shows a part of the swing: the onset comes a few turns late at most, and never early."""
+    series = simulate(Plan(knot_turns=(), noise=0.02, false=0.0, nan=0.0))
+    swing = shown * series.frames["coil_amplitude_mm"]
+    frames = series.frames.assign(coil_amplitude_mm=swing, flags="ENVELOPE_ONLY")
+    onset = account(frames, series.knots, RIG).onsets["overtwist_onset"]
+    assert onset.status == "observed"
+    assert 0.0 <= onset.turns - series.overtwist_turns <= late
+    assert onset.low <= series.overtwist_turns

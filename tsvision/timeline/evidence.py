@@ -27,6 +27,7 @@ LOOP = 1.8  # … where the bundle lies beside itself: about so many D wide. Wha
 NO_LOOP = -1.0  # there speaks against a knot by so much at least
 CONFIDENCE_IF_UNKNOWN = 0.95
 NO_FIT = "ENVELOPE_ONLY"  # the strands could not be fitted: D and A are not to be relied upon
+SWING_SHOWN = 0.5  # part of the coil's swing that the middle of the edges shows at least
 UNFITTED_MISS = 0.7  # chance of seeing no knot where there is one, in such a frame
 UNSIZED = -1.0  # evidence of a knot of unknown size for being larger than the hole
 
@@ -83,10 +84,19 @@ def ratio_of(frames: pd.DataFrame, name: str) -> np.ndarray:
 
 
 def coil_evidence(frames: pd.DataFrame, criteria: Criteria) -> np.ndarray:
-    """(n,) for A ≥ coil_ratio · D; D is steady beside the separator, so its median is used."""
+    """(n,) for A ≥ coil_ratio · D; D is steady beside the separator, so its median is used.
+
+    Where no helix could be fitted, the middle of the edges shows between half of the swing and all
+    of it; a swing of 0 is none read there."""
     ratio = steady_ratio(frames, "coil_amplitude")
-    ratio = np.where(flagged(frames, NO_FIT), np.nan, ratio)  # a swing of 0 is none read there
-    return threshold_evidence(ratio, criteria.coil_ratio, floor=0.004)
+    unfitted = flagged(frames, NO_FIT)
+    fitted = threshold_evidence(np.where(unfitted, np.nan, ratio), criteria.coil_ratio, floor=0.004)
+    if not unfitted.any():
+        return fitted
+    least = np.where(unfitted & (ratio != 0.0), ratio, np.nan)
+    low = threshold_evidence(least, criteria.coil_ratio, floor=0.008)
+    high = threshold_evidence(least / SWING_SHOWN, criteria.coil_ratio, floor=0.008)
+    return fitted + np.where(low > 0.0, low, np.minimum(high, 0.0))
 
 
 def ready_to_knot(frames: pd.DataFrame, rates: Rates = Rates()) -> np.ndarray:
