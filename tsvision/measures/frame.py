@@ -46,9 +46,8 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         return _failed(row, Flag.TOO_FEW_TURNS), warm
     strand_px = looks.diameter_px / looks.section.diameter_d
     cut = cut_frame(frame.pixels, looks.sight, strand_px, looks.half_px)
-    if cut is None:
-        return _failed(row, Flag.BLANK), warm
-    if cut.silhouette.bundle.sum() < 1.5 * looks.diameter_px:
+    # Before the legs have met in view there is nothing on the axis but ground.
+    if cut is None or cut.silhouette.bundle.sum() < 1.5 * looks.diameter_px:
         few = np.isfinite(turns) and abs(turns) < 3
         return _failed(row, Flag.TOO_FEW_TURNS if few else Flag.NO_BUNDLE), warm
     if cut.saturated > 0.02:
