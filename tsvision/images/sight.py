@@ -21,7 +21,7 @@ from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are of several colours
 SWINGS = 0.06  # share of a bundle's outline that changes between frames, at least
 ACROSS = 0.4  # of the ground's light: how far strings stand out across its colour, to rely on it
-LEAST_MOVING = 0.01  # share of the axis that counts as moving even where none is seen to
+MOVING_SHARE = 0.4  # of the axis' length that moves, from which nothing speaks against it
 DEEPEST_CHROMA = 0.25  # contrast to which blocks of compressed colour reach beside strands
 FEWEST_PX = 24  # on a picture's or region's short side
 ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
@@ -186,12 +186,9 @@ def find_sight(
     def merit(trial: tuple[Axis, float, float]) -> float:
         line, wide, support = trial
         if motion is not None:
-            # A cable that lies by the strings for a part of its length moves there, but aside.
-            shares = [
-                moving_share(line, part * wide, motion, round(factor * max(shape)))
-                for part in (1.0, 0.5)
-            ]
-            support *= max(float(np.mean(shares)), LEAST_MOVING)
+            # Near its middle: beside a cable that lies by the strings something moves as well.
+            share = moving_share(line, 0.5 * wide, motion, round(factor * max(shape)))
+            support *= float(np.clip(share / MOVING_SHARE, 0.02, 1.0))
         return support * _plausible(wide / factor, widths_px)
 
     best = max(trials, key=merit)
