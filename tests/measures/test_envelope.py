@@ -25,7 +25,7 @@ def bump(base: float, top: float, centre: float, half_length: float) -> np.ndarr
 
 
 def knots(envelope: np.ndarray, diameter: float = 0.5, base: float = 0.55):
-    return find_knots(S, envelope, diameter, base, PLACE, 1.0, 0.005)
+    return find_knots(S, envelope, diameter, base, PLACE, 1.0, 0.005, gap_mm=0.4)
 
 
 def test_an_interval_that_meets_the_criterion_is_one_knot() -> None:
@@ -59,7 +59,9 @@ def test_two_knots_apart_stay_two_and_a_dip_within_one_does_not_part_it() -> Non
 
 def test_units_do_not_matter() -> None:
     (mm,) = knots(bump(0.55, 0.9, 8.0, 0.6))
-    (px,) = find_knots(40 * S, 40 * bump(0.55, 0.9, 8.0, 0.6), 20.0, 22.0, PLACE, 40.0, 0.2)
+    (px,) = find_knots(
+        40 * S, 40 * bump(0.55, 0.9, 8.0, 0.6), 20.0, 22.0, PLACE, 40.0, 0.2, gap_mm=16.0
+    )
     assert px.length_mm == pytest.approx(40 * mm.length_mm)
     assert px.confidence == pytest.approx(mm.confidence)
 

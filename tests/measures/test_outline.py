@@ -1,53 +1,60 @@
-"""What the outline tells of a coil: its baseline, and a swing no wider than what is seen."""
+"""Two knots less than a coil of the bundle apart, drawn from their centre line."""
 
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from tsvision.measures.helix import KC, RC, Edges
+from tsvision.images.strip import Axis
+from tsvision.measures.helix import Edges
+from tsvision.measures.looks import Looks
 from tsvision.measures.outline import add_outline
 from tsvision.records import FrameRow
 
-D, RADIUS, COIL_PX, COUNT = 20.0, 8.0, 40.0, 900
-LOOKS: Any = SimpleNamespace(
-    diameter_px=D,
-    zero_px=0.0,
-    strand_count=2,
-    scale=SimpleNamespace(mm_per_px=0.03),
-    sight=SimpleNamespace(
-        axis=SimpleNamespace(is_straight=True, at=lambda s: np.stack([s, 0 * s], axis=-1))
-    ),
-)
-ROW = FrameRow(frame=0, file="", turns=30.0, diameter_px=D, pitch_px=2 * D)
+D, LENGTH = 28.0, 700
+BUNDLE, KNOT = (7.0, 96.0), (16.0, 40.0)  # radius and period of the coils, px
 
 
-def two_strands(lobe_px: float) -> Edges:
-    """A coil of `RADIUS` whose strands' lobes come every `lobe_px`."""
-    s = np.arange(COUNT, dtype=float)
-    middle = RADIUS * np.cos(2 * np.pi * s / COIL_PX)
-    half = 0.25 * D * (1.0 + np.abs(np.cos(np.pi * s / lobe_px)))
-    ones = np.ones(COUNT)
-    return Edges(s, middle + half, middle - half, ones, ones)
+def looks() -> Looks:
+    axis = Axis(np.array([[0.0, 200.0], [LENGTH, 200.0]]), np.array([0.0, LENGTH]))
+    fake: Any = SimpleNamespace(
+        diameter_px=D,
+        zero_px=0.0,
+        scale=SimpleNamespace(mm_per_px=0.03),
+        sight=SimpleNamespace(axis=axis),
+        strand_count=6,
+    )
+    return cast(Looks, fake)
 
 
-def fit(radius_px: float) -> Any:
-    p = np.zeros(12)
-    p[RC], p[KC] = radius_px, 2 * np.pi / COIL_PX
-    return SimpleNamespace(fit=SimpleNamespace(p=p, coiled=True, pitch_px=2 * D))
+def outlined(knots: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """(centre, length) in px of the knots found, where those between the given s were drawn."""
+    s = np.arange(float(LENGTH))
+    knotted = np.zeros(s.size, dtype=bool)
+    for low, high in knots:
+        knotted |= (s > low) & (s < high)
+    radius = np.where(knotted, KNOT[0], BUNDLE[0])
+    phase = np.cumsum(2.0 * np.pi / np.where(knotted, KNOT[1], BUNDLE[1]))
+    middle = radius * np.cos(phase)
+    ones = np.ones(s.size)
+    edges = Edges(s, middle + 0.5 * D, middle - 0.5 * D, ones, ones)
+    row = FrameRow(frame=0, file="", turns=30.0, diameter_px=D, diameter_px_sd=0.2)
+    found = add_outline(row, edges, looks(), None, None, float("nan")).knots
+    return [(k.centre_mm / 0.03, k.length_mm / 0.03) for k in found]
 
 
-@pytest.mark.parametrize("lobe_px", [17.0, 20.0, 23.7, 31.0])
-def test_an_even_coil_has_its_own_baseline_and_no_knot(lobe_px: float) -> None:
-    told = add_outline(ROW, two_strands(lobe_px), LOOKS, fit(RADIUS), None, float("nan"))
-    assert told.row.baseline_envelope_px == pytest.approx(D + 2 * RADIUS, rel=0.03)
-    assert told.row.coil_amplitude_px == pytest.approx(RADIUS)
-    assert not told.knots
+def test_neighbours_are_told_apart() -> None:
+    """The gap of 50 px is half a coil of the bundle, and more than a coil of the knots."""
+    found = outlined([(180.0, 300.0), (350.0, 480.0)])
+    assert [centre for centre, _ in found] == pytest.approx([240.0, 415.0], abs=0.5 * D)
+    assert all(length == pytest.approx(125.0, abs=D) for _, length in found)
 
 
-def test_a_fitted_coil_wider_than_the_strings_are_seen_is_not_believed() -> None:
-    told = add_outline(ROW, two_strands(23.7), LOOKS, fit(30.0), None, float("nan"))
-    assert 0.5 * RADIUS < told.row.coil_amplitude_px < 1.1 * RADIUS
+@pytest.mark.parametrize("length", [60.0, 130.0, 280.0])
+def test_one_knot_stays_one(length: float) -> None:
+    ((centre, seen),) = outlined([(200.0, 200.0 + length)])
+    assert centre == pytest.approx(200.0 + 0.5 * length, abs=0.5 * D)
+    assert seen == pytest.approx(length, abs=D)

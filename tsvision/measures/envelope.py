@@ -129,15 +129,17 @@ def find_knots(
     period_mm: float,
     envelope_sd_mm: float,
     short_mm: float = 0.0,
+    gap_mm: float = 0.0,
 ) -> list[KnotSighting]:
     """Intervals that stand out by the written criterion: at least 1 D long with E >= 1.15 E0 and a
     largest E >= 1.40 D. place_px (M, 2): x, y of the axis. short_mm: by how much an interval of E
-    as one view shows it comes out short. Any unit serves for the mm arguments as long as it is the
-    same. Confidence: how far E stands above both limits, in its own sd.
+    as one view shows it comes out short; gap_mm: intervals less than that apart are one. Any unit
+    serves for the mm arguments as long as it is the same. Confidence: how far E stands above both
+    limits, in its own sd.
     """
     above = np.isfinite(envelope_mm) & (envelope_mm >= RISE * baseline_mm)
     found = []
-    for first, last in _joined(_runs(above), s_mm, 0.4 * period_mm):
+    for first, last in _joined(_runs(above), s_mm, gap_mm):
         length = float(s_mm[last] - s_mm[first]) + short_mm
         top = float(np.nanmax(envelope_mm[first : last + 1]))
         if length < diameter_mm or top < TOP * diameter_mm:

@@ -16,6 +16,7 @@ from tsvision.measures.envelope import (
     unevenness_of,
 )
 from tsvision.measures.helix import KC, RC, Edges
+from tsvision.measures.laid import coil_rate
 from tsvision.measures.looks import Looks
 from tsvision.records import FrameRow, KnotSighting, Profile
 
@@ -27,6 +28,8 @@ COMES_SHORT = 0.3
 # lower quartile of an even coil comes out a tenth low, and stretches seen better look like knots.
 BEATS = 1.4  # coils over which the envelope is closed where its baseline is read
 BEYOND = 0.1  # of D: how much farther than the outline a fitted coil may reach
+JOINED = 0.4  # of a coil: what stands out so near to each other is one
+OWN_COIL = 0.7  # of a knot's own coil, over which it is closed to tell it from its neighbour
 COILS = 0.05  # rms swing over D from which a bundle coils
 
 
@@ -64,27 +67,39 @@ def add_outline(
     period = _period(near, mid, coil_period, looks.diameter_px)
     envelope = envelope_px(upper, lower, known, period, diameter)
     # A knot coils more tightly than the bundle beside it, and the dips of an uneven bundle are
-    # about one coil wide: closed over the bundle's own period two knots that lie near each other
-    # would run together, and the dips would vanish.
+    # about one coil wide: closed over the bundle's own period the dips would vanish, and two knots
+    # that lie near each other run together. What looks like one is looked at again, closed over
+    # little more than the half coil after which the next lobe shows on the other side.
     tight = envelope_px(upper, lower, known, max(0.5 * period, 1.2 * diameter), diameter)
     base = baseline_px(envelope_px(upper, lower, known, BEATS * period, diameter))
     s_px = edges.s_px - looks.zero_px
     sd = row.diameter_px_sd if np.isfinite(row.diameter_px_sd) else 0.05 * diameter
     unit = mm if np.isfinite(mm) else 1.0
-    knots = (
-        find_knots(
+
+    def sought(closed_px: np.ndarray, gap_px: float) -> list[KnotSighting]:
+        return find_knots(
             s_px * unit,
-            tight * unit,
+            closed_px * unit,
             diameter * unit,
             base * unit,
             looks.sight.axis.at(edges.s_px),
             period * unit,
             sd * unit,
             COMES_SHORT * diameter * unit if swing > COILS * diameter else 0.0,
+            gap_px * unit,
         )
-        if np.isfinite(base)
-        else []
-    )
+
+    knots: list[KnotSighting] = []
+    for knot in sought(tight, JOINED * period) if np.isfinite(base) else []:
+        low = (knot.centre_mm - 0.5 * knot.length_mm) / unit
+        high = (knot.centre_mm + 0.5 * knot.length_mm) / unit
+        rate = coil_rate(edges, looks.zero_px + low, looks.zero_px + high, diameter)
+        parts: list[KnotSighting] = []
+        if np.isfinite(rate):
+            own = envelope_px(upper, lower, known, OWN_COIL * 2.0 * np.pi / rate, diameter)
+            inside = (s_px >= low) & (s_px <= high)
+            parts = sought(np.where(inside, own, np.nan), 0.0)
+        knots += parts if len(parts) > 1 else [knot]
     top = float(np.nanmax(envelope)) if np.isfinite(base) else NAN
     fitted = near.fit.p[RC] if near is not None and np.isfinite(row.pitch_px) else NAN
     if fitted > 0.5 * (top - diameter) + BEYOND * diameter:
