@@ -13,7 +13,7 @@ import pytest
 from tsvision.images.curve import find_curve
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.shadow import shadow_level
-from tsvision.images.sight import Sight, find_sight
+from tsvision.images.sight import Sight, _many_coloured, find_sight
 from tsvision.images.strip import straight_axis
 
 WIDTH_PX, HEIGHT_PX = 480, 270
@@ -128,3 +128,21 @@ def test_no_grain_is_followed_beside_strands_of_two_colours(
     assert sight.width_px == pytest.approx(36.0, abs=5.0)
     curve = find_curve(pictures, sight, region, closely=True)
     assert curve is None or (curve.alike and not curve.bowed)
+
+
+def test_two_colours_are_told_on_a_ground_of_uneven_brightness() -> None:
+    """Concrete half in shadow: neither string is brighter or darker than all of it."""
+    g = np.random.default_rng(3)
+
+    def seen(colour: tuple[float, float, float], count: int) -> np.ndarray:
+        light = g.uniform(0.3, 1.0, (count, 1))
+        return light * np.array(colour) + 0.003 * g.standard_normal((count, 3))
+
+    concrete, blue, yellow = (0.30, 0.31, 0.31), (0.45, 0.25, 0.10), (0.12, 0.40, 0.42)
+    ground = seen(concrete, 1500)
+    assert _many_coloured(np.concatenate([seen(blue, 400), seen(yellow, 400)]), ground)
+    assert not _many_coloured(seen(yellow, 800), ground)
+    assert not _many_coloured(seen(concrete, 800), ground)
+    # A speck of each colour on an axis that runs over the ground is no string.
+    specks = np.concatenate([seen(blue, 60), seen(yellow, 60), seen(concrete, 680)])
+    assert not _many_coloured(specks, ground)

@@ -18,6 +18,7 @@ from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.shadow import DARKENS, DEEPEST, shadow_level
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 
+OTHER_HUE = 4.0  # spreads of the ground's hue from which strings are of another
 SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are of several colours
 SWINGS = 0.06  # share of a bundle's outline that changes between frames, at least
 ACROSS = 0.4  # of the ground's light: how far strings stand out across its colour, to rely on it
@@ -418,13 +419,28 @@ def _many_coloured(inner: np.ndarray, outer: np.ndarray) -> bool:
     leaves alone, spreads. inner, outer: (n, 3) linear BGR on the axis and beside it."""
     ground = np.median(outer, axis=0)
     spread = 1.4826 * np.median(np.abs(outer - ground), axis=0) + 2e-3
-    far = np.sqrt((((inner - ground) / spread) ** 2).mean(axis=1))
-    strings = inner[(far > 3.0) & (inner.sum(axis=1) > 0.06)]
-    if len(strings) < 0.2 * len(inner):
-        return False
-    hue = strings / np.linalg.norm(strings, axis=1, keepdims=True)
-    low, high = np.percentile(hue, [25.0, 75.0], axis=0)
-    return bool(np.linalg.norm(high - low) > SEVERAL_HUES)
+    far = np.sqrt((((inner - ground) / spread) ** 2).mean(axis=1)) > 3.0
+    if _hues(inner[far & (inner.sum(axis=1) > 0.06)], len(inner), 0.2) > SEVERAL_HUES:
+        return True
+    # On a ground of uneven brightness strings are told by hue alone, and then most of them.
+    plain = _hue_of(outer)
+    middle = np.median(plain, axis=0)
+    away = np.linalg.norm(_hue_of(inner) - middle, axis=1)
+    typical = 1.4826 * float(np.median(np.linalg.norm(plain - middle, axis=1))) + 2e-3
+    coloured = (away > OTHER_HUE * typical) & (inner.sum(axis=1) > 0.06)
+    return _hues(inner[coloured], len(inner), 0.5) > SEVERAL_HUES
+
+
+def _hue_of(samples: np.ndarray) -> np.ndarray:
+    return samples / np.maximum(np.linalg.norm(samples, axis=1, keepdims=True), 1e-9)
+
+
+def _hues(strings: np.ndarray, of: int, least_share: float) -> float:
+    """How far the hues of samples (n, 3) spread; 0 when they are too few of all."""
+    if len(strings) < max(least_share * of, 4):
+        return 0.0
+    low, high = np.percentile(_hue_of(strings), [25.0, 75.0], axis=0)
+    return float(np.linalg.norm(high - low))
 
 
 def _near_median(samples: np.ndarray) -> np.ndarray:
