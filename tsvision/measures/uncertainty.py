@@ -16,7 +16,9 @@ from tsvision.measures.shading import Shading
 # A mean edge's fit knows its noise and its light's prior, not what both leave out (occlusion,
 # gleam): against path-traced films of known width its errors are this much larger.
 EDGE_MODEL_FACTOR = 1.6
-BLUR_SHARE = 0.15  # of the blur: what it hides of the ramp at the limb, both sides together
+# Of the blur: what it hides of the ramp at the limb, both sides together; of a strand thinner than
+# about seven blurs it hides more, as the blur over the radius.
+BLUR_SHARE = 0.15
 CORRELATION_SHARE = 0.5  # residuals stay alike over about half a strand diameter
 
 
@@ -27,7 +29,9 @@ def _widening(fit: HelixFit) -> float:
 def edge_model_sd_px(shading: tuple[Shading, Shading]) -> float:
     """Uncertainty of D from the edge model, both sides together, px."""
     own = np.hypot(shading[0].place_sd_px, shading[1].place_sd_px)
-    return float(np.hypot(BLUR_SHARE * shading[0].blur_px, EDGE_MODEL_FACTOR * own))
+    blur = shading[0].blur_px
+    hidden = max(BLUR_SHARE, blur / max(shading[0].rho_px, 1.0)) * blur
+    return float(np.hypot(hidden, EDGE_MODEL_FACTOR * own))
 
 
 def diameter_sd_px(fit: HelixFit, shading: tuple[Shading, Shading]) -> float:
