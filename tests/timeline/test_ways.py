@@ -167,6 +167,28 @@ def test_safe_turns_and_contraction_lie_before_the_first_knot_too_large() -> Non
     assert {n["passes"] for n in near} == {False}
 
 
+@pytest.mark.parametrize(
+    ("of_hole", "status"), [(0.8, "not_observed"), (0.96, "undetermined"), (1.3, "observed")]
+)
+def test_a_knot_nearly_as_large_as_the_hole_is_not_told_from_a_larger_one(
+    of_hole: float, status: str
+) -> None:
+    series = simulate(CALM)
+    seen: Any = account(series.frames, series.knots, RIG).extras["near_misses"]
+    largest = max(n["max_diameter_mm"] for n in seen)
+    told = account(
+        series.frames,
+        series.knots,
+        replace(RIG, actuator=replace(RIG.actuator, hole_diameter_mm=largest / of_hole)),
+    )
+    assert told.onsets["knot_onset"].status == "observed"
+    assert told.onsets["irreversible_onset"].status == status
+    safe: Any = told.extras["safe"]
+    if status == "undetermined":
+        assert "96 % of the hole" in told.reasons["irreversible_onset"]
+        assert safe["basis"] == "knot"
+
+
 def test_frames_all_unmeasured_are_undetermined_and_have_no_phase() -> None:
     series = simulate(CALM)
     frames, knots = unmeasure(series.frames, series.knots, np.ones(len(series.frames), dtype=bool))

@@ -34,6 +34,7 @@ from tsvision.timeline.telling import split_sightings, tell_frames
 from tsvision.timeline.tracks import Tracking, track_knots
 from tsvision.timeline.unknown import (
     camera_moves,
+    without_near_misses,
     without_what_is_unknown,
     without_what_noise_hides,
 )
@@ -86,11 +87,13 @@ def account(
     least = least_believed(frames, knots, order)
     onsets, reasons = without_what_noise_hides(onsets, reasons, least)
     onsets, reasons = without_what_is_unknown(onsets, reasons, frames, rig)
+    near = near_misses(tracking.tracks, rig)
+    onsets, reasons = without_near_misses(onsets, reasons, near)
     kept, rejected = split_sightings(frames, knots, tracking, order, histories[3])
     by_cycle = onsets_by_cycle(frames, histories[3], order, seen, criteria)
     extras: dict[str, object] = {
         "safe": asdict(largest_safe(frames, order, onsets, rig)),
-        "near_misses": near_misses(tracking.tracks, rig),
+        "near_misses": near,
         "unwinding": ways_back(histories, order, criteria),
         "cycles": repeatability(by_cycle, criteria.level),
     }

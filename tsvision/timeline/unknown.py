@@ -10,6 +10,7 @@ from tsvision.timeline import evidence as speak
 from tsvision.timeline.order import numbers
 
 PLAIN_RISE = 1.6  # times E₀, to which a knot soon grows
+CLOSE = 2.0 * speak.DIAMETER_NOISE  # of the hole: how near a knot's size comes to it
 LEAST_READ = 0.3  # share of the measured frames in which a quantity must have been read
 
 Onsets = dict[str, Onset]
@@ -51,6 +52,19 @@ def without_what_noise_hides(
                 "its baseline would not stand out"
             )
     return onsets, reasons
+
+
+def without_near_misses(
+    onsets: Onsets, reasons: Reasons, near_misses: list[dict[str, float | int | bool]]
+) -> tuple[Onsets, Reasons]:
+    """No knot larger than the hole is `undetermined` where one is as large within the error with
+    which one view shows its size."""
+    largest = max((float(n["of_hole"]) for n in near_misses), default=0.0)
+    if onsets["irreversible_onset"].status != "not_observed" or largest < 1.0 - CLOSE:
+        return onsets, reasons
+    why = f"the largest knot is {100 * largest:.0f} % of the hole: too near for one view to tell"
+    told = _untold(onsets["irreversible_onset"])
+    return {**onsets, "irreversible_onset": told}, {**reasons, "irreversible_onset": why}
 
 
 def _size_problem(frames: pd.DataFrame, rig: Rig) -> str:
