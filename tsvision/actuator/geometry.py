@@ -103,16 +103,6 @@ def model_keywords(geometry: Geometry) -> dict[str, float]:
     return {name: value for name, value in keywords.items() if not math.isnan(value)}
 
 
-def require(geometry: Geometry, *names: str) -> None:
-    """InputError naming the option of the first value that is needed and unknown."""
-    for name in names:
-        value = getattr(geometry, name)
-        if value is None or (isinstance(value, float) and math.isnan(value)):
-            raise InputError(
-                f"{name} is not known; give {OPTION[name]}, a --rig that holds it, or --paper N"
-            )
-
-
 def known_values(geometry: Geometry) -> dict[str, float | int]:
     """Name -> value of everything that is known, for tables and JSON."""
     found = {}
