@@ -131,6 +131,12 @@ class KnotSighting:
     confidence: float = NAN
     coils: float = NAN
 
+    @property
+    def ends_mm(self) -> tuple[float, float]:
+        """Where it begins and ends along the axis."""
+        half = 0.5 * self.length_mm
+        return self.centre_mm - half, self.centre_mm + half
+
 
 @dataclass(frozen=True)
 class Profile:

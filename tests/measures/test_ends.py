@@ -125,7 +125,7 @@ def test_legs_behind_the_plate_tell_nothing(clean: Film) -> None:
 
 
 def test_legs_cross_at_the_apex(clean: Film) -> None:
-    """N = 6 at 14 turns: the outline closes 0.3 mm before the middles of the legs cross."""
+    """N = 6 at 14 turns: the outline closes before the middles of the legs cross."""
     looks = clean.looks
     assert looks.face is not None
     picture, cut = pairs_of(clean)[-1]

@@ -248,11 +248,7 @@ def _knots(bowed: Bowed, rope: Rope) -> list[KnotSighting]:
     # Frayed ends and parted plies are wide without being knots.
     length = (bowed.curve.end_px - bowed.curve.start_px) * unit
     clear = END_DIAMETERS * rope.diameter_px * unit
-    return [
-        k
-        for k in found
-        if clear + 0.5 * k.length_mm < k.centre_mm < length - clear - 0.5 * k.length_mm
-    ]
+    return [k for k in found if clear < k.ends_mm[0] and k.ends_mm[1] < length - clear]
 
 
 def _profile(bowed: Bowed, rope: Rope) -> Profile:

@@ -41,11 +41,8 @@ def add_budgets(
     scale = looks.scale.mm_per_px
     unit = scale if np.isfinite(scale) else 1.0
     ends = [
-        (
-            looks.zero_px + (k.centre_mm - 0.5 * k.length_mm) / unit,
-            looks.zero_px + (k.centre_mm + 0.5 * k.length_mm) / unit,
-        )
-        for k in knots
+        (looks.zero_px + low / unit, looks.zero_px + high / unit)
+        for low, high in (knot.ends_mm for knot in knots)
     ]
     laid = [laid_along(f, edges, envelope_px, ends, apex_px, end) for f in fits]
     turns = [each.turns for each in laid]
@@ -55,7 +52,6 @@ def add_budgets(
     lay = [_lay(f.fit) for f in fits]
     string = [each.bundle_px * x for each, x in zip(laid, lay, strict=True)]
     knotted = float(np.mean([each.knot_bundle_px * x for each, x in zip(laid, lay, strict=True)]))
-    leg = NAN
     row = replace(
         row,
         turns_seen=turns_seen,

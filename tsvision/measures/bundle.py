@@ -72,30 +72,22 @@ def fit_window(
     holds = _holds(best, before) and (best is None or best.coiled or swing < SWINGS)
     if not holds:
         long_enough = coil and s_high - s_low > 3.0 * diameter_px
-        best = _searched(
-            part,
-            section,
-            diameter_px,
-            expected_rate,
-            scale_px,
-            best,
-            swing,
-            long_enough,
-            before is not None,
-        )
-        if best is None or (before is None and best.cost > POOR and np.isfinite(expected_rate)):
-            # The motor's count may be wrong, or not be that of this bundle.
+        # The motor's count may be wrong, or not be that of this bundle: then without it.
+        for rate in (expected_rate, NAN):
             best = _searched(
                 part,
                 section,
                 diameter_px,
-                NAN,
+                rate,
                 scale_px,
                 best,
                 swing,
                 long_enough,
                 before is not None,
             )
+            poor = before is None and best is not None and best.cost > POOR
+            if best is not None and not (poor and np.isfinite(expected_rate)):
+                break
     if best is None:
         return None
     carried = before.carried + 1 if holds and before is not None else 0

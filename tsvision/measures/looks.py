@@ -132,16 +132,15 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         shading = (_in_colour(shading[0]), _in_colour(shading[1]))
     zero, known = _separator_face(ends, zone_px, cuts)
     face = None
-    if known:
+    if view.axis_px:
+        away = np.subtract(view.axis_px[0], sight.axis.at(np.array(0.0)))
+        zero, known = float(away @ sight.axis.tangent(np.array(0.0))), True
+    elif known:
         face = face_from_legs(pairs, sight, zero, ends.plate_px, 0.5 * gap_px, scale.mm_per_px)
         # Holes that do not lie in the picture's plane would seem nearer to the apex.
         if face is not None and abs(face.s_px - zero) > NEAR_SHARE * zone_px:
             face = None
-    if face is not None:
-        zero = face.s_px
-    if view.axis_px:
-        away = np.subtract(view.axis_px[0], sight.axis.at(np.array(0.0)))
-        zero, known = float(away @ sight.axis.tangent(np.array(0.0))), True
+        zero = zero if face is None else face.s_px
     return Looks(
         sight=sight,
         section=section,
@@ -157,7 +156,7 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         zero_known=known,
         zone_px=zone_px,
         hole_distance_mm=rig.actuator.hole_distance_mm,
-        face=face if not view.axis_px else None,
+        face=face,
     )
 
 

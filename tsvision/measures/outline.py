@@ -91,8 +91,7 @@ def add_outline(
 
     knots: list[KnotSighting] = []
     for knot in sought(tight, JOINED * period) if np.isfinite(base) else []:
-        low = (knot.centre_mm - 0.5 * knot.length_mm) / unit
-        high = (knot.centre_mm + 0.5 * knot.length_mm) / unit
+        low, high = (end / unit for end in knot.ends_mm)
         rate = coil_rate(edges, looks.zero_px + low, looks.zero_px + high, diameter)
         parts: list[KnotSighting] = []
         if np.isfinite(rate):
