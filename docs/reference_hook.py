@@ -59,6 +59,7 @@ COLUMNS: dict[str, str] = {
     "apex_y_px": "that point in the picture",
     "separator_x_px": "s = 0: the separator's exit face on the axis",
     "separator_y_px": "s = 0",
+    "hole_distance_mm": "S between the strings at the separator, from the legs of the recording",
     "blur_px": "width of the edges' blur (standard deviation)",
     "fit_rms_px": "what the helix fit leaves",
     "flags": "why a number may be bad: names joined by `|`",

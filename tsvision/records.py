@@ -212,6 +212,8 @@ class FrameRow:
     apex_y_px: float = NAN
     separator_x_px: float = NAN
     separator_y_px: float = NAN
+    hole_distance_mm: float = NAN
+    hole_distance_mm_sd: float = NAN
     blur_px: float = NAN
     fit_rms_px: float = NAN
     flags: str = ""

@@ -87,6 +87,7 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
 
 def _known(frame: Frame, looks: Looks, turns: float) -> FrameRow:
     axis = looks.sight.axis
+    gap_mm, gap_mm_sd = _gap_mm(looks)
     ends = np.array([looks.zero_px, looks.sight.end_px])
     (x0, y0), (x1, y1) = axis.at(ends)
     return FrameRow(
@@ -101,10 +102,22 @@ def _known(frame: Frame, looks: Looks, turns: float) -> FrameRow:
         axis_y1_px=float(y1),
         separator_x_px=float(x0) if looks.zero_known else NAN,
         separator_y_px=float(y0) if looks.zero_known else NAN,
+        hole_distance_mm=gap_mm,
+        hole_distance_mm_sd=gap_mm_sd,
         strand_count=float(looks.strand_count),
         strand_count_confidence=looks.strand_count_confidence,
         blur_px=looks.shading[0].blur_px,
     )
+
+
+def _gap_mm(looks: Looks) -> tuple[float, float]:
+    """S as the legs of the recording tell it, with its uncertainty and the scale's; mm."""
+    scale = looks.scale
+    if looks.gap is None or not np.isfinite(scale.mm_per_px):
+        return NAN, NAN
+    gap_mm = 2.0 * looks.gap.half_px * scale.mm_per_px
+    relative = np.hypot(looks.gap.sd_px / looks.gap.half_px, scale.mm_per_px_sd / scale.mm_per_px)
+    return gap_mm, gap_mm * float(relative)
 
 
 def _failed(row: FrameRow, flag: Flag) -> FrameResult:

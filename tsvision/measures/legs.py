@@ -39,7 +39,7 @@ class Face:
 
 
 @dataclass(frozen=True)
-class _Legs:
+class Legs:
     """Columns and middles of both legs in one picture, px, upper (+1) and lower (-1)."""
 
     apex_px: float
@@ -62,7 +62,7 @@ def face_from_legs(
     """
     if not (np.isfinite(about_px) and np.isfinite(half_gap_px) and half_gap_px > sight.width_px):
         return None
-    found = [_legs(p, c, sight, about_px, plate_px, half_gap_px, None) for p, c in pairs]
+    found = [legs_of(p, c, sight, about_px, plate_px, half_gap_px, None) for p, c in pairs]
     legs = [f for f in found if f is not None]
     if not legs:
         return None
@@ -95,7 +95,7 @@ def apex_from_legs(
     A leg at s lies half_gap (1 - (s - face) / (apex - face)) from the middle: linear in the
     inverse of what is sought.
     """
-    legs = _legs(picture, cut, sight, face.s_px, plate_px, face.half_gap_px, MOST)
+    legs = legs_of(picture, cut, sight, face.s_px, plate_px, face.half_gap_px, MOST)
     if legs is None:
         return float("nan")
     s = np.concatenate([legs.upper[0], legs.lower[0]]) - face.s_px
@@ -107,7 +107,7 @@ def apex_from_legs(
     return face.s_px + 1.0 / inverse if inverse > 0.0 else float("nan")
 
 
-def _legs(
+def legs_of(
     picture: np.ndarray,
     cut: Cut,
     sight: Sight,
@@ -115,7 +115,7 @@ def _legs(
     plate_px: float,
     half_gap: float,
     most: int | None,
-) -> _Legs | None:
+) -> Legs | None:
     first = cut.silhouette.apex_column
     if not np.isfinite(first):
         return None
@@ -148,4 +148,4 @@ def _legs(
         if clear.sum() < FEWEST:
             return None
         sides.append(np.stack([s[clear], middle[clear]]))
-    return _Legs(apex, sides[0], sides[1])
+    return Legs(apex, sides[0], sides[1])

@@ -23,6 +23,7 @@ from tsvision.measures.cut import (
     learn_shading,
 )
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
+from tsvision.measures.gap import Gap, gap_from_legs
 from tsvision.measures.helix import Section, model_edges
 from tsvision.measures.legs import Face, face_from_legs
 from tsvision.measures.search import POOR
@@ -44,7 +45,7 @@ class Looks:
 
     strand_count N and its confidence (1 when given); shading of the upper and lower edge;
     diameter_px as learnt; half_px rows of a strip; zero_px: s of the separator's face; zone_px: L;
-    face: the same as the legs tell it, None where they do not.
+    face: the same as the legs tell it, None where they do not; gap: S as they tell it.
     """
 
     sight: Sight
@@ -62,6 +63,7 @@ class Looks:
     zone_px: float
     hole_distance_mm: float
     face: Face | None
+    gap: Gap | None
 
 
 def pick_samples(count: int, most: int = SAMPLED_FRAMES) -> list[int]:
@@ -131,12 +133,13 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     if not np.array_equal(sight.weights, LUMA_BGR) or sight.by_distance:
         shading = (_in_colour(shading[0]), _in_colour(shading[1]))
     zero, known = _separator_face(ends, zone_px, cuts)
-    face = None
+    face, gap = None, None
     if view.axis_px:
         away = np.subtract(view.axis_px[0], sight.axis.at(np.array(0.0)))
         zero, known = float(away @ sight.axis.tangent(np.array(0.0))), True
     elif known:
         face = face_from_legs(pairs, sight, zero, ends.plate_px, 0.5 * gap_px, scale.mm_per_px)
+        gap = gap_from_legs(pairs, sight, zero, ends.plate_px, 0.5 * gap_px)
         # Holes that do not lie in the picture's plane would seem nearer to the apex.
         if face is not None and abs(face.s_px - zero) > NEAR_SHARE * zone_px:
             face = None
@@ -157,6 +160,7 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         zone_px=zone_px,
         hole_distance_mm=rig.actuator.hole_distance_mm,
         face=face,
+        gap=gap,
     )
 
 
