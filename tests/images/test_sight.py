@@ -12,8 +12,8 @@ import pytest
 
 from tsvision.images.curve import find_curve
 from tsvision.images.motion import motion_picture, moving_share
-from tsvision.images.shadow import shadow_level
-from tsvision.images.sight import Sight, _many_coloured, find_sight
+from tsvision.images.shadow import find_shadow
+from tsvision.images.sight import Sight, _many_coloured, _settle, find_sight
 from tsvision.images.strip import straight_axis
 
 WIDTH_PX, HEIGHT_PX = 480, 270
@@ -74,6 +74,22 @@ def test_cable_that_stands_still_is_not_measured() -> None:
     assert sight is not None and off_axis_px(sight) < 2.0
 
 
+def test_a_line_of_soft_borders_has_less_support() -> None:
+    """A strand 10 px wide, and a shadow as long and twice as wide whose borders are sharp in
+    places only, as on waved cardboard: the wider one had the larger support."""
+    rows, columns = np.mgrid[0:200, 0:400].astype(float)
+    sharp = (np.abs(rows - 60.0) < 5.0) & (columns > 40.0)
+    soft = 1.0 / (1.0 + np.exp((np.abs(rows - 140.0) - 10.0) / np.where(columns % 40 < 12, 0.5, 4)))
+    random = np.random.default_rng(5)
+    light = 0.5 - 0.4 * sharp - 0.3 * soft + random.normal(0.0, 0.004, sharp.shape)
+    picture = cv2.GaussianBlur(light, (0, 0), 0.8).astype(np.float32)
+    strand = _settle([picture], straight_axis(np.array([0.0, 60.0]), np.array([399.0, 60.0])), 12.0)
+    shadow = _settle(
+        [picture], straight_axis(np.array([0.0, 140.0]), np.array([399.0, 140.0])), 22.0
+    )
+    assert strand.support > 300.0 > shadow.support
+
+
 def test_two_colours_with_a_shadow() -> None:
     """Yellow and blue on grey: seen by colour across the ground's, in which shadows have none."""
     yellow, blue = (0.2, 0.62, 0.7), (0.55, 0.25, 0.1)
@@ -88,8 +104,9 @@ def test_shadow_level_lies_above_a_soft_border_only() -> None:
     noise = np.random.default_rng(1).normal(0.0, 0.01, n.shape)
     strand = 1.0 / (1.0 + np.exp((np.abs(n) - 10.0) / 0.6))
     shadow = 0.45 * np.exp(-0.5 * ((n - 14.0) / 7.0) ** 2)
-    assert shadow_level(strand + noise, 26.0, 0.1) == pytest.approx(0.1)
-    assert 0.4 < shadow_level(np.maximum(strand, shadow) + noise, 26.0, 0.1) < 0.7
+    plain = find_shadow(strand + noise, 26.0, 0.1)
+    assert plain.level == pytest.approx(0.1) and plain.soft < 0.05
+    assert 0.4 < find_shadow(np.maximum(strand, shadow) + noise, 26.0, 0.1).level < 0.7
 
 
 def test_motion_is_where_the_strands_are() -> None:

@@ -7,6 +7,8 @@ many pixels; a strand's is as sharp as the lens.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from scipy.stats import norm
@@ -17,21 +19,33 @@ SOFT = 0.35  # of the sharp edges' steepness: what is less steep is no strand's 
 MOST_SOFT = 0.2  # share of borders that may be soft
 
 
-def shadow_level(
+@dataclass(frozen=True)
+class Shadow:
+    """level: contrast below which a cast shadow could be taken for strings. soft: share of the
+    borders at that level which are soft all the same: much where there is little but shadow."""
+
+    level: float
+    soft: float
+
+
+NO_SHADOW = Shadow(0.0, 0.0)
+
+
+def find_shadow(
     contrast: np.ndarray, inner_px: float, least: float, deepest: float = DEEPEST
-) -> float:
+) -> Shadow:
     """The lowest contrast from `least` to `deepest` at which hardly any border of a contrast strip
     (R, M; strings about 1) within |n| < inner_px is soft."""
     half = contrast.shape[0] // 2
     reach = max(int(inner_px), 4)
     part = np.nan_to_num(contrast[max(half - reach, 0) : half + reach + 1]).astype(np.float32)
     if min(part.shape) < 4:
-        return least
+        return Shadow(least, 0.0)
     part = cv2.GaussianBlur(part, (3, 3), 0.6)
     levels = np.arange(least, max(deepest, least) + 0.01, 0.05)
     steps = [_steps(part, float(level)) for level in levels]
     if steps[0].size < 20:
-        return least
+        return Shadow(least, 0.0)
     # A blurred step is steepest half way up.
     shape = norm.pdf(norm.ppf(np.clip(levels, 0.05, 0.95))) / norm.pdf(0.0)
     sharp = [np.percentile(s, 75.0) / f for s, f in zip(steps, shape, strict=True) if s.size >= 20]
@@ -40,7 +54,8 @@ def shadow_level(
         [(s < limit * f).mean() if s.size >= 20 else 1.0 for s, f in zip(steps, shape, strict=True)]
     )
     fit = np.flatnonzero(share < MOST_SOFT)
-    return float(levels[fit[0] if fit.size else int(share.argmin())])
+    chosen = int(fit[0] if fit.size else share.argmin())
+    return Shadow(float(levels[chosen]), float(share[chosen]))
 
 
 def _steps(part: np.ndarray, level: float) -> np.ndarray:

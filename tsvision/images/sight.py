@@ -6,7 +6,7 @@ frame is cut along the same axis and only its strands are measured anew.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 
 import cv2
 import numba
@@ -15,11 +15,12 @@ import numpy as np
 from tsvision.images.axis import Ridge, find_ridges
 from tsvision.images.linear import LUMA_BGR, best_weights, project, to_linear
 from tsvision.images.motion import motion_picture, moving_share
-from tsvision.images.shadow import DARKENS, DEEPEST, shadow_level
+from tsvision.images.shadow import DARKENS, DEEPEST, NO_SHADOW, Shadow, find_shadow
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 
 OTHER_HUE = 4.0  # spreads of the ground's hue from which strings are of another
 SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are of several colours
+APART = 1.5  # spreads between strings and ground from which nothing speaks against a line
 SWINGS = 0.06  # share of a bundle's outline that changes between frames, at least
 ACROSS = 0.4  # of the ground's light: how far strings stand out across its colour, to rely on it
 MOVING_SHARE = 0.4  # of the axis' length that moves, from which nothing speaks against it
@@ -184,17 +185,19 @@ def find_sight(
         for r in [*ridges, *_bisectors(ridges, shape)]
     ]
 
-    def merit(trial: tuple[Axis, float, float]) -> float:
-        line, wide, support = trial
+    def merit(trial: _Trial) -> float:
+        support = trial.support * _plausible(trial.width_px / factor, widths_px)
         if motion is not None:
             # Near its middle: beside a cable that lies by the strings something moves as well.
-            share = moving_share(line, 0.5 * wide, motion, round(factor * max(shape)))
+            across, size = 0.5 * trial.width_px, round(factor * max(shape))
+            share = moving_share(trial.axis, across, motion, size)
             support *= float(np.clip(share / MOVING_SHARE, 0.02, 1.0))
-        return support * _plausible(wide / factor, widths_px)
+        return support
 
     best = max(trials, key=merit)
     linears = [to_linear(p, gamma) for p in pictures]
-    axis, width, _ = _settle(linears, _scaled(best[0], 1.0 / factor), best[1] / factor, turns=1)
+    found = _settle(linears, _scaled(best.axis, 1.0 / factor), best.width_px / factor, turns=1)
+    axis, width = found.axis, found.width_px
     half = int(np.ceil(4.0 * width)) + 6
     strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
     weights, separation, by_distance = _signal(strips, 0.5 * width)
@@ -222,7 +225,7 @@ def find_sight(
         separation=separation,
         gamma=gamma,
         by_distance=by_distance,
-        shadow_level=shadow,
+        shadow_level=shadow.level,
     )
 
 
@@ -295,26 +298,35 @@ def _bisectors(ridges: list[Ridge], shape: tuple[int, int]) -> list[Ridge]:
     return lines[:3]
 
 
-def _settle(
-    linears: list[np.ndarray], axis: Axis, width: float, turns: int = 3
-) -> tuple[Axis, float, float]:
-    """Refine a candidate axis on some frames; returns axis, width and how much speaks for it.
+@dataclass(frozen=True)
+class _Trial:
+    """A candidate axis, its width, and how many columns speak for it."""
+
+    axis: Axis
+    width_px: float
+    support: float
+
+
+def _settle(linears: list[np.ndarray], axis: Axis, width: float, turns: int = 3) -> _Trial:
+    """Refine a candidate axis on some frames and say how much speaks for it.
 
     What speaks for a bundle: columns with one run of its width on the axis, and beyond them
-    columns with a leg on either side. A leg taken for the axis has neither behind the apex.
+    columns with a leg on either side. A leg taken for the axis has neither behind the apex. A
+    shadow's borders are soft, and what hardly differs from the ground is no bundle.
     """
     support = 0.0
     for turn in range(turns):
         half = int(np.ceil(3.2 * width)) + 6
         strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
-        weights, _, by_distance = _signal(strips, 0.5 * width)
+        weights, separation, by_distance = _signal(strips, 0.5 * width)
         rough = turn < turns - 1 and len(linears) > 1
-        masks, _ = _masks(strips, weights, width, by_distance, rough)
+        masks, shadow = _masks(strips, weights, width, by_distance, rough)
         if turn == turns - 1:
             support = sum(_support(m, half, width) for m in masks) / len(masks)
-            support *= _liveliness(masks, half, width)
+            support *= _liveliness(masks, half, width) * (1.0 - shadow.soft)
+            support *= float(np.nan_to_num(np.clip(separation / APART, 0.05, 1.0), nan=1.0))
         axis, width = _refine(axis, masks, half, width)
-    return axis, width, support
+    return _Trial(axis, width, support)
 
 
 def _liveliness(masks: list[np.ndarray], half: int, width: float) -> float:
@@ -523,20 +535,20 @@ def raw_of_black(ground: np.ndarray, weights: np.ndarray, by_distance: bool) -> 
 
 def _masks(
     strips: list[Strip], weights: np.ndarray, width: float, by_distance: bool, rough: bool
-) -> tuple[list[np.ndarray], float]:
-    """Masks of the strings in some strips, and the level below which shadows could be in them."""
+) -> tuple[list[np.ndarray], Shadow]:
+    """Masks of the strings in some strips, and what shadow could be in them."""
     scaled = [_scaled_contrast(s, weights, width, by_distance, rough) for s in strips]
     least = [mask_level(c, 1.3 * width) for c, _ in scaled]
     # Strands of several colours stand out by several amounts: only what is soft far down may go.
     by_colour = by_distance or not np.array_equal(weights, LUMA_BGR)
     deepest = (DEEPEST_CHROMA if by_distance else DEEPEST) / (ROUGH if rough else 1.0)
     shadows = [
-        shadow_level(c, 1.3 * width, low, deepest) if by_colour or black > DARKENS else 0.0
+        find_shadow(c, 1.3 * width, low, deepest) if by_colour or black > DARKENS else NO_SHADOW
         for (c, black), low in zip(scaled, least, strict=True)
     ]
-    shadow = float(np.median(shadows))
+    shadow = Shadow(*(float(v) for v in np.median([astuple(s) for s in shadows], axis=0)))
     return [
-        string_mask(c, 0.2 * width, max(low, shadow))
+        string_mask(c, 0.2 * width, max(low, shadow.level))
         for (c, _), low in zip(scaled, least, strict=True)
     ], shadow
 
