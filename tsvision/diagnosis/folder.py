@@ -1,4 +1,4 @@
-"""Folders that `tsvision measure` wrote, as DATA: displacement, D and the pitch, else the angle.
+"""Folders that `tsvision measure` wrote, as DATA: displacement, D, S, pitch, else angle.
 
 The pitch tells the turns that lie in the strands better than angle and turns seen do: it needs
 neither the edges (D) nor the place where the strands meet. Each folder is a run. What a frame's
@@ -30,10 +30,17 @@ NO_PITCH = {"ENVELOPE_ONLY", "NO_PITCH", "AMBIGUOUS_HARMONIC", "TOO_FEW_TURNS", 
 NO_HELIX = {"ENVELOPE_ONLY", "NO_PITCH", "AMBIGUOUS_HARMONIC", "TOO_FEW_TURNS"}
 # The helix is read beside the separator: as a mean over the zone it carries a gain of its own. An
 # edge on a strand lit from one side is 0.5 to 2 px off, which acts on all diameters of a recording
-# alike: what the measurement states as the diameters' uncertainty is mostly that.
-GAIN_SD = {"diameter_mm": 0.02, "helix_angle_deg": 0.03, "pitch_mm": 0.01}
+# alike: what the measurement states as the diameters' uncertainty is mostly that. Holes that do not
+# lie quite in the picture's plane seem nearer to each other, and a string leaves its hole at a rim.
+GAIN_SD = {
+    "diameter_mm": 0.02,
+    "helix_angle_deg": 0.03,
+    "pitch_mm": 0.01,
+    "hole_distance_mm": 0.02,
+}
 COMMON = 3.0  # times the median stated uncertainty of D
-LEAST_SD = {"diameter_mm": 0.004, "helix_angle_deg": 0.2}
+EACH_RUN = 0.3  # times the same: how an edge is misread is learnt for each recording anew
+LEAST_SD = {"diameter_mm": 0.004, "helix_angle_deg": 0.2, "hole_distance_mm": 0.02}
 LEAST_TURNS = 0.1  # what a pitch tells of the turns in the strands, at best
 FEWEST_TURNS = 1.0
 STEEPEST_RAD = math.radians(70.0)  # strands side by side cannot be laid steeper
@@ -62,16 +69,24 @@ def table_from_folders(folders: Sequence[Path], rig: Rig) -> Table:
     header = [*HEADER, *CONSTANTS]
     table = table_from_rows(header, rows, rig, str(folders[0]))
     gains = {name: sd for name, sd in GAIN_SD.items() if name in table.observables}
-    drifts = {}
+    drifts, run_gains = {}, {}
     if "diameter_mm" in gains:
         gains["diameter_mm"] = math.hypot(gains["diameter_mm"], COMMON * _edges_sd(table))
+        run_gains["diameter_mm"] = EACH_RUN * _edges_sd(table)
         # What acts on all diameters alike still wanders with the strands' shading.
         seen = table.value[table.observable == table.observables.index("diameter_mm")]
         drifts["diameter_mm"] = 2.0 * _edges_sd(table) * float(np.median(seen))
+    if "pitch_mm" in gains:
+        # Frames of equal turns show the same strands in the same light, under any load: most of
+        # what a pitch is off by repeats.
+        own = table.value_sd[table.observable == table.observables.index("pitch_mm")]
+        if np.all(np.isfinite(own)):
+            drifts["pitch_mm"] = float(np.exp(np.mean(np.log(own))))
     scale = _scale_sd(folders[0])
     return replace(
         table,
         drifts=drifts,
+        run_gain_sd=run_gains,
         sightings=tuple(s for folder in folders for s in _sightings(folder)),
         gain_sd={**table.gain_sd, **gains},
         camera_sd=table.camera_sd if math.isnan(scale) else max(scale, 1e-4),
@@ -115,7 +130,9 @@ def _rows(folder: Path, rig: Rig, run: str) -> list[dict]:
     most = max((t for t in turned if not math.isnan(t)), default=NAN)
     coiled = _coiled_from(frames, turned)
     rows = []
-    for frame, turns in zip(frames, turned, strict=True):
+    # One reading of S a recording, which tells nothing of turns: it stands in their midst.
+    gap_at = _middle_of([i for i, f in enumerate(frames) if _gap(f, constants)], turned)
+    for i, (frame, turns) in enumerate(zip(frames, turned, strict=True)):
         flags = set(filter(None, (frame.get("flags") or "").split("|")))
         if math.isnan(turns) or flags & BAD:
             continue
@@ -134,7 +151,25 @@ def _rows(folder: Path, rig: Rig, run: str) -> list[dict]:
         }
         straight = turns < coiled and not knotted
         rows += [{**common, **seen} for seen in _seen(frame, flags, turns, zone_mm, straight)]
+        if i == gap_at:
+            rows.append({**common, **_gap(frame, constants)})
     return rows
+
+
+def _gap(frame: dict, constants: dict[str, float]) -> dict:
+    """S as the legs show it; nothing where they do not, or where more strings than two leave holes
+    of which the legs' outlines tell no single distance."""
+    gap, sd = (_number(frame.get(f"hole_distance_mm{end}")) for end in ("", "_sd"))
+    if math.isnan(gap) or math.isnan(sd) or constants["strings"] != 2.0:
+        return {}
+    least = LEAST_SD["hole_distance_mm"]
+    return {"observable": "hole_distance_mm", "value": gap, "value_sd": math.hypot(sd, least)}
+
+
+def _middle_of(frames: list[int], turned: list[float]) -> int:
+    """Of some frames, one in the midst of their turns; -1 where there are none."""
+    known = sorted((i for i in frames if not math.isnan(turned[i])), key=lambda i: turned[i])
+    return known[len(known) // 2] if known else -1
 
 
 def _coiled_from(frames: list[dict], turned: list[float]) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from tsvision.diagnosis.fit import Fit
-from tsvision.diagnosis.problem import USUAL_NOISE, Problem
+from tsvision.diagnosis.problem import RUN_GAIN, USUAL_NOISE, Problem
 
 MISFIT_P = 1e-3  # structure in the residual that chance hardly makes
 RHO_GRID = np.arange(0.0, 0.91, 0.1)
@@ -60,9 +60,10 @@ def lack_of_fit(problem: Problem, fitted: Fit) -> LackOfFit:
     structured: dict[str, float] = {}
     tests: list[tuple[float, str, str]] = []
     tested = False
+    movable = _movable(problem, fitted)
     for k, name in enumerate(table.observables):
         rows = np.flatnonzero(table.observable == k)
-        design = _own_design(fitted.jacobian[rows])
+        design = _own_design(movable[rows])
         models = [
             blocks
             for blocks in (_common_blocks(problem, rows), _series_blocks(problem, rows))
@@ -118,6 +119,15 @@ def _alone(
         if np.sum(side[near] == side[i]) >= 2 and not np.any(side[near] == -side[i]):
             kept[i] = False
     return kept
+
+
+def _movable(problem: Problem, fitted: Fit) -> np.ndarray:
+    """The fit's Jacobian without the gains of single runs, which are known to be small: free ones
+    would pass any difference between runs."""
+    small = [column.startswith(RUN_GAIN) for column in problem.columns]
+    free = np.ones(fitted.jacobian.shape[1], dtype=bool)
+    free[: len(small)] = ~np.array(small, dtype=bool)
+    return fitted.jacobian[:, free]
 
 
 def _own_design(jacobian: np.ndarray) -> np.ndarray:

@@ -47,6 +47,8 @@ class Table:
     gain_sd: dict[str, float] = field(default_factory=dict)  # observable -> sd of its gauge's gain
     # observable -> size of slow errors that its instrument is known to make along a recording
     drifts: dict[str, float] = field(default_factory=dict)
+    # observable -> sd of a gain that differs from run to run
+    run_gain_sd: dict[str, float] = field(default_factory=dict)
     sightings: tuple[Sighting, ...] = ()
     notes: tuple[str, ...] = ()
 

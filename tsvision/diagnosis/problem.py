@@ -20,6 +20,7 @@ OFFSET_SD_MM = 0.1
 LEGS_SD = 0.1  # relative: no separator leads the strings quite straight to where they meet
 TAIL = 4.0
 WANDER_NODES = 5
+RUN_GAIN = "run gain "  # begins the names of nuisances that are one run's own
 # Nothing is read better than this; keeps noise-free (simulated) data from infinite certainty.
 LEAST_NOISE = {
     "displacement_mm": 0.02,
@@ -137,8 +138,9 @@ def prepare(table: Table, base: str = "constant_radius") -> Problem:
     if "pitch_mm" in table.observables:
         columns.append("legs")
     columns += [f"gain {name}" for name in table.gain_sd]
-    wander = _wander(table)
-    columns += [f"wander{i}" for i in range(wander.shape[1])]
+    moves = _wander(table)
+    columns += moves
+    wander = np.array(list(moves.values())).reshape(len(moves), table.rows).T
     scale, usual, sure = _row_scale(table)
     return Problem(
         table=table,
@@ -184,20 +186,29 @@ def _offsets(table: Table) -> np.ndarray:
     return np.column_stack([*own, np.where(moved, zeroing[table.condition], 0.0)])
 
 
-def _wander(table: Table) -> np.ndarray:
-    """Hat functions of turns by which an instrument's slow errors move its rows, alike in all
-    runs: (n, W), in units of half of `drifts` relative to the value."""
+def _wander(table: Table) -> dict[str, np.ndarray]:
+    """What moves rows beside noise and an instrument's common gain, relative to the value (n,).
+
+    Hat functions of turns, alike in all runs, in units of half of `drifts` (more where value_sd
+    is more), then a gain of each run's own.
+    """
     turns = table.at.turns[table.condition]
-    columns = []
+    scale = _row_scale(table)[0]
+    columns: dict[str, np.ndarray] = {}
     for name, size in table.drifts.items():
         rows = table.observable == table.observables.index(name)
         nodes = np.unique(np.quantile(np.unique(turns[rows]), np.linspace(0.0, 1.0, WANDER_NODES)))
         if len(nodes) < 2:
             continue
-        share = 0.5 * size / float(np.median(table.value[rows]))
-        for unit in np.eye(len(nodes)):
-            columns.append(np.where(rows, share * np.interp(turns, nodes, unit), 0.0))
-    return np.array(columns).reshape(len(columns), table.rows).T
+        share = np.where(rows, 0.5 * size * scale / table.value, 0.0)
+        for i, unit in enumerate(np.eye(len(nodes))):
+            columns[f"wander {name} {i}"] = share * np.interp(turns, nodes, unit)
+    if len(table.runs) > 1:
+        for name, sd in table.run_gain_sd.items():
+            rows = table.observable == table.observables.index(name)
+            for r, run in enumerate(table.runs):
+                columns[f"{RUN_GAIN}{name} {run}"] = np.where(rows & (table.run == r), sd, 0.0)
+    return columns
 
 
 def _row_scale(table: Table) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
