@@ -19,11 +19,11 @@ from scipy.sparse.csgraph import dijkstra
 
 from tsvision.images.axis import find_ridges
 from tsvision.images.colour import Ground, colour_contrast, learn_ground
+from tsvision.images.ground import ground_level
 from tsvision.images.linear import LUMA_BGR, project, to_linear
 from tsvision.images.sight import (
     SEARCH_PX,
     Sight,
-    ground_level,
     mask_level,
     single_columns,
     string_mask,

@@ -13,6 +13,7 @@ import numba
 import numpy as np
 
 from tsvision.images.axis import Ridge, find_ridges
+from tsvision.images.ground import ground_level, nan_median
 from tsvision.images.linear import LUMA_BGR, best_weights, project, to_linear
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.shadow import DARKENS, DEEPEST, NO_SHADOW, Shadow, find_shadow
@@ -67,60 +68,6 @@ class Sight:
             end_px=length - self.start_px,
             connector_px=float("nan"),
         )
-
-
-def ground_level(values: np.ndarray, inner_px: float) -> np.ndarray:
-    """Ground under every sample of a strip (R, M), from what lies outside |n| > inner_px.
-
-    A parabola along s on each side, fitted so that separator, legs and connector count as
-    outliers, and a straight line across. NaN-safe.
-    """
-    half = values.shape[0] // 2
-    n = np.arange(-half, half + 1)
-    levels = []
-    for outside in (n < -inner_px, n > inner_px):
-        if not outside.any():
-            outside = np.abs(n) == half
-        rows = values[outside][:: max(1, int(outside.sum()) // 10)]
-        levels.append(_robust_parabola(_nan_median(rows)))
-    part = ((n + half) / max(2.0 * half, 1.0))[:, None]
-    return (levels[0] * (1.0 - part) + levels[1] * part).astype(np.float32)
-
-
-def _nan_median(rows: np.ndarray) -> np.ndarray:
-    if not np.isnan(rows).any():
-        return np.median(rows, axis=0)
-    ordered = np.sort(rows, axis=0)
-    count = (~np.isnan(rows)).sum(axis=0)
-    middle = np.clip((count - 1) // 2, 0, rows.shape[0] - 1)
-    out = ordered[middle, np.arange(rows.shape[1])]
-    return np.where(count > 0, out, np.nan)
-
-
-def _robust_parabola(level: np.ndarray) -> np.ndarray:
-    """A parabola through most of `level` (M,); a constant where little is known."""
-    x = np.linspace(-1.0, 1.0, level.size)
-    pick = slice(None, None, max(1, level.size // 200))
-    xs, ys = x[pick], level[pick]
-    known = ~np.isnan(ys)
-    xs, ys = xs[known], ys[known]
-    if xs.size < 8:
-        return np.full(level.size, float(np.median(ys)) if xs.size else 0.0)
-    middle = float(np.median(ys))
-    spread = 1.4826 * float(np.median(np.abs(ys - middle)))
-    noise = 1.4826 * float(np.median(np.abs(np.diff(ys)))) + 1e-4
-    fitted = np.full(xs.size, middle)
-    powers = np.stack([np.ones_like(xs), xs, xs * xs], 1)
-    coefficients = np.array([middle, 0.0, 0.0])
-    ridge = 1e-9 * xs.size * np.eye(3)
-    scale = max(1.5 * spread, 2.0 * noise)
-    for _ in range(15):
-        weight = 1.0 / (1.0 + ((ys - fitted) / scale) ** 2)
-        weighted = powers.T * (weight * weight)
-        coefficients = np.linalg.solve(weighted @ powers + ridge, weighted @ ys)
-        fitted = powers @ coefficients
-        scale = max(0.7 * scale, 2.0 * noise)
-    return coefficients[0] + coefficients[1] * x + coefficients[2] * x * x
 
 
 def mask_level(contrast: np.ndarray, inner_px: float) -> float:
@@ -463,7 +410,7 @@ def _near_median(samples: np.ndarray) -> np.ndarray:
 def _raw_core(strip: Strip, weights: np.ndarray, width: float) -> np.ndarray:
     values = project(strip.values, weights)
     n = np.arange(-strip.half_px, strip.half_px + 1)
-    return _nan_median((values - ground_level(values, 1.3 * width))[np.abs(n) < 0.2 * width])
+    return nan_median((values - ground_level(values, 1.3 * width))[np.abs(n) < 0.2 * width])
 
 
 def raw_contrast(
@@ -516,7 +463,7 @@ def _scaled_contrast(
         strongest = np.take_along_axis(core, np.abs(core).argmax(axis=0)[None], axis=0)
         level = ROUGH * np.median(strongest)
     else:
-        level = np.nanmedian(_nan_median(values[np.abs(n) <= max(0.2 * width, 1.0)]))
+        level = np.nanmedian(nan_median(values[np.abs(n) <= max(0.2 * width, 1.0)]))
     level = level if abs(level) > 1e-6 else 1e-6
     ground = strip.values[np.abs(n) > 1.3 * width]
     if ground.size == 0 or np.isnan(ground).all():

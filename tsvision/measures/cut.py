@@ -54,7 +54,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     if columns.size == 0:
         return None
     level = sight.sense * float(np.percentile(columns, 80.0))
-    steps = np.abs(np.diff(contrast[np.abs(n) > inner]))
+    steps = np.abs(np.diff(contrast[np.abs(n) > inner][::3]))
     steps = steps[np.isfinite(steps)]
     if steps.size == 0:
         return None  # no ground in view beside an axis this wide
@@ -65,7 +65,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     mask = max(mask_level(contrast, inner), sight.shadow_level)
     silhouette = outline(contrast, sight.width_px, strand_px, 0, mask)
     top = 255 if pixels.dtype == np.uint8 else 65535
-    saturated = float(np.mean(pixels >= top))
+    saturated = float(np.mean(pixels[::3, ::3] >= top))
     return Cut(
         contrast,
         light,

@@ -135,18 +135,10 @@ class HelixFit:
         return base, jac @ self.covariance @ jac.T
 
 
-@numba.njit(cache=True, fastmath=True)
-def _point(z, a, angle, p):  # pragma: no cover - compiled
-    """Projected strand centre (s, y) and its derivative along z."""
-    kappa = p[5] * p[6]
-    q = np.sqrt(1.0 + kappa * kappa)
-    psi = p[1] * z + p[2] + angle
-    cp, sp = np.cos(psi), np.sin(psi)
-    if p[5] > 0.0:
-        theta = p[6] * z + p[7]
-        ct, st = np.cos(theta), np.sin(theta)
-    else:
-        ct, st = 1.0, 0.0
+@numba.njit(cache=True, fastmath=True, inline="always")
+def _point(z, a, p, kappa, q, cp, sp, ct, st):  # pragma: no cover - compiled
+    """Projected strand centre (s, y) and its derivative along z; cosines and sines of the strand's
+    angle psi and the coil's theta there."""
     s = z + a * sp * kappa / q
     y = p[5] * ct - a * cp * ct + a * sp * st / q
     y_theta = -p[5] * st + a * cp * st + a * sp * ct / q
@@ -168,13 +160,28 @@ def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at
     for i in range(site_radius.size):
         reach = max(reach, rho + 2.0 * rho * site_radius[i] + 2.0 * step)
     samples = int((count + 2.0 * reach) / step) + 2
+    kappa = p[5] * p[6]
+    q = np.sqrt(1.0 + kappa * kappa)
+    theta = p[6] * (z0 - reach) + p[7] if p[5] > 0.0 else 0.0
+    turn = p[6] * step if p[5] > 0.0 else 0.0
+    # One step turns both angles by the same: products instead of four cosines and sines a sample.
+    cos_k, sin_k, cos_t, sin_t = (
+        np.cos(p[1] * step),
+        np.sin(p[1] * step),
+        np.cos(turn),
+        np.sin(turn),
+    )
     for i in range(site_radius.size):
         a = 2.0 * rho * site_radius[i]
         have = False
+        psi = p[1] * (z0 - reach) + p[2] + site_angle[i]
+        cp, sp, ct, st = np.cos(psi), np.sin(psi), np.cos(theta), np.sin(theta)
         xu0 = yu0 = xl0 = yl0 = zp = 0.0
         for j in range(samples):
             z = z0 - reach + j * step
-            s, y, ds, dy = _point(z, a, site_angle[i], p)
+            s, y, ds, dy = _point(z, a, p, kappa, q, cp, sp, ct, st)
+            cp, sp = cp * cos_k - sp * sin_k, sp * cos_k + cp * sin_k
+            ct, st = ct * cos_t - st * sin_t, st * cos_t + ct * sin_t
             length = np.sqrt(ds * ds + dy * dy) + 1e-12
             nx, ny = -dy / length, ds / length
             if ny < 0.0:

@@ -45,6 +45,7 @@ MOST_TURNS = 2.5  # times as often as the motor has turned, or this many turns i
 LOBES = 1.5  # ... is the highest rate tried where turns are known
 WIDTH_IN_DOUBT = 0.08
 POOR = 0.45  # cost above which a fit is not believed without having looked further
+ALIKE_RAD = 0.15  # phases within which two descents are one
 COILS = 2  # peaks of the centre line's spectrum tried as coiling rates
 
 
@@ -243,6 +244,7 @@ def _search(
     shift = 0.5 * (coarse.s_px[0] + coarse.s_px[-1]) * factor - 0.5 * (
         edges.s_px[0] + edges.s_px[-1]
     )
+    half = 0.5 * float(coarse.s_px[-1] - coarse.s_px[0])
     starts: list[tuple[float, np.ndarray]] = []
     for base, band in zip(bases, bands, strict=True):
         starts += _valleys(coarse, section, _rescaled(base, factor, shift), band, factor)
@@ -260,7 +262,9 @@ def _search(
         tried = [(p, cost * doubt(p, expected * factor)) for p, cost in tried]
         tried.sort(key=lambda found: found[1])
         # Two valleys that are nearly as deep at reduced size may change places at full size.
-        for p in [p for p, cost in tried if cost < 1.3 * tried[0][1] + 0.01][:2]:
+        deep = [p for p, cost in tried if cost < 1.3 * tried[0][1] + 0.01]
+        other = [p for p in deep[1:] if not _same(deep[0], p, section, half)]
+        for p in [*deep[:1], *other[:1]]:
             start = _rescaled(p, 1.0 / factor, -shift / factor)
             fit = fit_helix(edges, section, start, free, scale_px)
             if best is None or fit.cost * doubt(fit.p, expected) < best.cost * doubt(
@@ -268,6 +272,16 @@ def _search(
             ):
                 best = fit
     return best
+
+
+def _same(p: np.ndarray, q: np.ndarray, section: Section, half_px: float) -> bool:
+    """Whether two descents (9,) have come to the same strands: phases alike at both ends of a
+    window half_px to either side, up to what the section repeats by, and width and coil alike."""
+    turn = 2.0 * np.pi if len(section.radius_d) % 2 else np.pi
+    ends = (p[PHI] - q[PHI]) + (p[K] - q[K]) * half_px * np.array([-1.0, 1.0])
+    off = np.abs((ends + 0.5 * turn) % turn - 0.5 * turn)
+    far = np.abs(p[[RHO, Y0, RC]] - q[[RHO, Y0, RC]])
+    return bool(off.max() < ALIKE_RAD and far.max() < 0.05 * p[RHO])
 
 
 def _valleys(

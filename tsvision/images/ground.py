@@ -1,0 +1,79 @@
+"""The ground's light under a strip, from what lies beside the strings."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+ROWS, COLUMNS = 10, 200  # of the ground on either side that are looked at, about
+
+
+def ground_level(values: np.ndarray, inner_px: float) -> np.ndarray:
+    """Ground under every sample of a strip (R, M), from what lies outside |n| > inner_px.
+
+    A parabola along s on each side, fitted so that separator, legs and connector count as
+    outliers, and a straight line across. NaN-safe.
+    """
+    half, count = values.shape[0] // 2, values.shape[1]
+    n = np.arange(-half, half + 1)
+    along = np.linspace(-1.0, 1.0, count)
+    some = slice(None, None, max(1, count // COLUMNS))
+    levels = []
+    for outside in (n < -inner_px, n > inner_px):
+        if not outside.any():
+            outside = np.abs(n) == half
+        rows = np.flatnonzero(outside)
+        seen = nan_median(values[rows[:: max(1, rows.size // ROWS)], some])
+        constant, slope, bend = _robust_parabola(along[some], seen.astype(float))
+        levels.append(constant + along * (slope + along * bend))
+    part = ((n + half) / max(2.0 * half, 1.0))[:, None].astype(np.float32)
+    low, high = (level.astype(np.float32) for level in levels)
+    return low + (high - low) * part
+
+
+def nan_median(rows: np.ndarray) -> np.ndarray:
+    """Median (M,) of the rows (R, M) at every column; the lower of two middles where some are NaN,
+    NaN where all are."""
+    if not np.isnan(rows).any():
+        return np.median(rows, axis=0)
+    ordered = np.sort(rows, axis=0)
+    count = (~np.isnan(rows)).sum(axis=0)
+    middle = np.clip((count - 1) // 2, 0, rows.shape[0] - 1)
+    out = ordered[middle, np.arange(rows.shape[1])]
+    return np.where(count > 0, out, np.nan)
+
+
+@numba.njit(cache=True)
+def _robust_parabola(x, y):  # pragma: no cover - compiled
+    """Coefficients (3,), constant first, of a parabola through most of y (M,), where some may be
+    NaN; a constant where little is known. Cauchy weights whose scale shrinks to the noise's."""
+    known = ~np.isnan(y)
+    xs, ys = x[known], y[known]
+    found = np.zeros(3)
+    if xs.size == 0:
+        return found
+    middle = np.median(ys)
+    found[0] = middle
+    if xs.size < 8:
+        return found
+    spread = 1.4826 * np.median(np.abs(ys - middle))
+    noise = 1.4826 * np.median(np.abs(np.diff(ys))) + 1e-4
+    scale = max(1.5 * spread, 2.0 * noise)
+    ridge = 1e-9 * xs.size
+    normal, right, powers = np.zeros((3, 3)), np.zeros(3), np.ones(3)
+    for _ in range(15):
+        normal[:], right[:] = 0.0, 0.0
+        for i in range(xs.size):
+            r = (ys[i] - found[0] - xs[i] * (found[1] + xs[i] * found[2])) / scale
+            w = 1.0 / (1.0 + r * r)
+            w *= w
+            powers[1], powers[2] = xs[i], xs[i] * xs[i]
+            for a in range(3):
+                right[a] += w * powers[a] * ys[i]
+                for b in range(3):
+                    normal[a, b] += w * powers[a] * powers[b]
+        for a in range(3):
+            normal[a, a] += ridge
+        found[:] = np.linalg.solve(normal, right)
+        scale = max(0.7 * scale, 2.0 * noise)
+    return found
