@@ -5,14 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tsvision.measures.envelope import (
-    baseline_px,
-    envelope_px,
-    find_knots,
-    middle_swing,
-    unevenness_of,
-)
+from tsvision.measures.envelope import baseline_px, envelope_px, middle_swing, unevenness_of
 from tsvision.measures.helix import Edges
+from tsvision.measures.knots import find_knots
 from tsvision.measures.windows import even_stretches
 
 S = np.arange(0.0, 20.0, 0.01)

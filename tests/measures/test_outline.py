@@ -1,4 +1,4 @@
-"""Two knots less than a coil of the bundle apart, drawn from their centre line."""
+"""Knots, E0 and places along the axis, of bundles drawn from their centre line."""
 
 from __future__ import annotations
 
@@ -11,39 +11,51 @@ import pytest
 from tsvision.images.strip import Axis
 from tsvision.measures.helix import Edges
 from tsvision.measures.looks import Looks
-from tsvision.measures.outline import add_outline
+from tsvision.measures.outline import Outlined, add_outline
 from tsvision.records import FrameRow
 
 D, LENGTH = 28.0, 700
+MM_PER_PX = 0.03
 BUNDLE, KNOT = (7.0, 96.0), (16.0, 40.0)  # radius and period of the coils, px
 
 
-def looks() -> Looks:
+def looks(connector_px: float = float(LENGTH), connector_seen: bool = True) -> Looks:
     axis = Axis(np.array([[0.0, 200.0], [LENGTH, 200.0]]), np.array([0.0, LENGTH]))
     fake: Any = SimpleNamespace(
         diameter_px=D,
         zero_px=0.0,
-        scale=SimpleNamespace(mm_per_px=0.03),
+        zero_known=True,
+        zone_px=float(LENGTH),
+        ends=SimpleNamespace(connector_px=connector_px, connector_seen=connector_seen),
+        scale=SimpleNamespace(mm_per_px=MM_PER_PX),
         sight=SimpleNamespace(axis=axis),
         strand_count=6,
     )
     return cast(Looks, fake)
 
 
-def outlined(knots: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """(centre, length) in px of the knots found, where those between the given s were drawn."""
+def drawn(knots: list[tuple[float, float]], knot: tuple[float, float] = KNOT) -> Edges:
+    """A coiled bundle with knots of that radius and period between the given s."""
     s = np.arange(float(LENGTH))
     knotted = np.zeros(s.size, dtype=bool)
     for low, high in knots:
         knotted |= (s > low) & (s < high)
-    radius = np.where(knotted, KNOT[0], BUNDLE[0])
-    phase = np.cumsum(2.0 * np.pi / np.where(knotted, KNOT[1], BUNDLE[1]))
+    radius = np.where(knotted, knot[0], BUNDLE[0])
+    phase = np.cumsum(2.0 * np.pi / np.where(knotted, knot[1], BUNDLE[1]))
     middle = radius * np.cos(phase)
     ones = np.ones(s.size)
-    edges = Edges(s, middle + 0.5 * D, middle - 0.5 * D, ones, ones)
+    return Edges(s, middle + 0.5 * D, middle - 0.5 * D, ones, ones)
+
+
+def seen(edges: Edges, at: Looks) -> Outlined:
     row = FrameRow(frame=0, file="", turns=30.0, diameter_px=D, diameter_px_sd=0.2)
-    found = add_outline(row, edges, looks(), None, None, float("nan")).knots
-    return [(k.centre_mm / 0.03, k.length_mm / 0.03) for k in found]
+    return add_outline(row, edges, at, None, None, float("nan"))
+
+
+def outlined(knots: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """(centre, length) in px of the knots found, where those between the given s were drawn."""
+    found = seen(drawn(knots), looks()).knots
+    return [(k.centre_mm / MM_PER_PX, k.length_mm / MM_PER_PX) for k in found]
 
 
 def test_neighbours_are_told_apart() -> None:
@@ -58,3 +70,39 @@ def test_one_knot_stays_one(length: float) -> None:
     ((centre, seen),) = outlined([(200.0, 200.0 + length)])
     assert centre == pytest.approx(200.0 + 0.5 * length, abs=0.5 * D)
     assert seen == pytest.approx(length, abs=D)
+
+
+def test_many_knots_leave_the_baseline_alone() -> None:
+    """Two knots over more than half of the zone: E0 is that of the coils between them."""
+    none = seen(drawn([]), looks()).row.baseline_envelope_px
+    many = [(80.0, 290.0), (420.0, 610.0)]
+    found = seen(drawn(many, (24.0, 60.0)), looks())
+    assert none == pytest.approx(D + 2.0 * BUNDLE[0], rel=0.02)
+    assert found.row.baseline_envelope_px == pytest.approx(none, rel=0.1)
+    assert len(found.knots) == 2
+
+
+def test_lobes_that_meet_the_coil_now_and_then_do_not_lower_the_baseline() -> None:
+    """At every fifth crest of the coil a strand's lobe reaches out to E, elsewhere a tenth less.
+    Closed over the period alone, E0 would be that of the crests which show no lobe."""
+    s = np.arange(float(LENGTH))
+    swing = np.cos(2.0 * np.pi * s / BUNDLE[1])
+    lobes = sum(np.exp(-0.5 * ((s - at) / 25.0) ** 2) for at in (0.0, 240.0, 480.0, 672.0))
+    half = 0.5 * D + 0.4 * BUNDLE[0] * np.abs(swing) * (0.3 + 0.7 * lobes)
+    ones = np.ones(s.size)
+    edges = Edges(s, 0.6 * BUNDLE[0] * swing + half, 0.6 * BUNDLE[0] * swing - half, ones, ones)
+    base = seen(edges, looks()).row.baseline_envelope_px
+    # The line through seven coils' middles tilts by 0.8 px, 4 % of E; one coil alone reads 8 % low.
+    assert base == pytest.approx(D + 2.0 * BUNDLE[0], rel=0.045)
+
+
+@pytest.mark.parametrize("connector_seen", [True, False])
+def test_the_zone_is_as_long_as_the_rig_says(connector_seen: bool) -> None:
+    """Foreshortened by 2 %: a knot three quarters down the picture's zone lies there in mm too,
+    unless the connector was not seen but put where the scale leads."""
+    connector = 0.98 * LENGTH
+    found = seen(drawn([(460.0, 570.0)]), looks(connector, connector_seen))
+    ((low, high),) = found.knot_ends_px
+    scale = MM_PER_PX * (LENGTH / connector if connector_seen else 1.0)
+    assert found.knots[0].centre_mm == pytest.approx(0.5 * (low + high) * scale)
+    assert found.profile.s_mm[-1] == pytest.approx(found.profile.s_px[-1] * scale)

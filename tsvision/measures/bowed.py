@@ -14,8 +14,9 @@ import numpy as np
 from tsvision.flags import Flag, flags_from_text, flags_to_text
 from tsvision.images.curve import Curve, find_curve
 from tsvision.images.sight import Sight, find_sight
-from tsvision.measures.envelope import baseline_px, find_knots, unevenness_of
+from tsvision.measures.envelope import baseline_px, unevenness_of
 from tsvision.measures.frame import Warm, measure_frame
+from tsvision.measures.knots import find_knots
 from tsvision.measures.looks import Looks, learn_looks
 from tsvision.measures.rope import Rope, measure_rope
 from tsvision.measures.scale import needs_curve, scale_along

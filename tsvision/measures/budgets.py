@@ -11,7 +11,7 @@ from tsvision.measures.ends import NEAR_SHARE
 from tsvision.measures.helix import RHO, Edges, HelixFit
 from tsvision.measures.laid import laid_along
 from tsvision.measures.looks import Looks
-from tsvision.records import FrameRow, KnotSighting
+from tsvision.records import FrameRow
 
 NAN = float("nan")
 ENDS_SD = 0.12  # turns: what lies between where apex and connector are seen and where they are
@@ -26,11 +26,11 @@ def add_budgets(
     mid: BundleFit | None,
     apex_px: float,
     edges: Edges,
-    knots: tuple[KnotSighting, ...],
+    knot_ends_px: tuple[tuple[float, float], ...],
     envelope_px: np.ndarray,
 ) -> FrameRow:
     """Turns and string length seen from apex to connector, by the fits beside the separator and in
-    mid-span. envelope_px (M,): E(s) at the edges' s."""
+    mid-span. knot_ends_px: first and last s of each; envelope_px (M,): E(s) at the edges' s."""
     known = np.flatnonzero((edges.upper_weight > 0) & (edges.lower_weight > 0))
     end = connector_px(looks)
     if known.size < 10 or not np.isfinite(apex_px) or not np.isfinite(end):
@@ -39,11 +39,7 @@ def add_budgets(
     if not fits:
         return row
     scale = looks.scale.mm_per_px
-    unit = scale if np.isfinite(scale) else 1.0
-    ends = [
-        (looks.zero_px + low / unit, looks.zero_px + high / unit)
-        for low, high in (knot.ends_mm for knot in knots)
-    ]
+    ends = list(knot_ends_px)
     laid = [laid_along(f, edges, envelope_px, ends, apex_px, end) for f in fits]
     turns = [each.turns for each in laid]
     turns_seen = 0.25 + float(np.mean(turns))

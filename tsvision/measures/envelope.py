@@ -1,4 +1,4 @@
-"""E(s): the outer diameter about the zone's straight axis, coiling included, and what stands out.
+"""E(s): the outer diameter about the zone's straight axis, coiling included.
 
 One view shows the envelope only where a lobe happens to point sideways; between lobes the edges
 dip. Closing the larger of the two half widths over one lobe period fills the dips without widening
@@ -10,11 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, grey_closing, grey_opening, median_filter
 
-from tsvision.records import KnotSighting
-
-RISE = 1.15  # of the baseline: where a knot begins and ends
 SLOWEST, FASTEST = 5.0, 0.8  # periods of a coil, in D
-TOP = 1.40  # of the bundle's diameter D: what its largest E must reach
 FIBRE_D = 0.5  # what stands out over a shorter stretch than this, …
 BESIDE_D = 0.8  # … its neighbours so far away looked at together, …
 STANDS_OUT_D = 0.15  # … by more than this, …
@@ -118,64 +114,3 @@ def unevenness_of(envelope: np.ndarray) -> float:
     """Coefficient of variation of E(s)."""
     known = envelope[np.isfinite(envelope)]
     return float(np.std(known) / np.mean(known)) if known.size > 2 else float("nan")
-
-
-def find_knots(
-    s_mm: np.ndarray,
-    envelope_mm: np.ndarray,
-    diameter_mm: float,
-    baseline_mm: float,
-    place_px: np.ndarray,
-    period_mm: float,
-    envelope_sd_mm: float,
-    short_mm: float = 0.0,
-    gap_mm: float = 0.0,
-) -> list[KnotSighting]:
-    """Intervals that stand out by the written criterion: at least 1 D long with E >= 1.15 E0 and a
-    largest E >= 1.40 D. place_px (M, 2): x, y of the axis. short_mm: by how much an interval of E
-    as one view shows it comes out short; gap_mm: intervals less than that apart are one. Any unit
-    serves for the mm arguments as long as it is the same. Confidence: how far E stands above both
-    limits, in its own sd.
-    """
-    above = np.isfinite(envelope_mm) & (envelope_mm >= RISE * baseline_mm)
-    found = []
-    for first, last in _joined(_runs(above), s_mm, gap_mm):
-        length = float(s_mm[last] - s_mm[first]) + short_mm
-        top = float(np.nanmax(envelope_mm[first : last + 1]))
-        if length < diameter_mm or top < TOP * diameter_mm:
-            continue
-        weight = np.clip(envelope_mm[first : last + 1] - RISE * baseline_mm, 0.0, None) + 1e-12
-        centre = float((s_mm[first : last + 1] * weight).sum() / weight.sum())
-        at = int(np.argmin(np.abs(s_mm - centre)))
-        margin = min(top / (RISE * baseline_mm) - 1.0, top / (TOP * diameter_mm) - 1.0)
-        sd = max(envelope_sd_mm / max(baseline_mm, 1e-9), 0.01)
-        found.append(
-            KnotSighting(
-                centre_mm=centre,
-                length_mm=length,
-                max_diameter_mm=top,
-                centre_x_px=float(place_px[at, 0]),
-                centre_y_px=float(place_px[at, 1]),
-                confidence=float(1.0 - 0.5 * np.exp(-margin / sd)),
-                coils=length / period_mm if period_mm > 0 else float("nan"),
-            )
-        )
-    return found
-
-
-def _joined(runs: list[tuple[int, int]], s_mm: np.ndarray, gap_mm: float) -> list[tuple[int, int]]:
-    """Runs with less than `gap_mm` between them as one: the dip between two coils of one knot."""
-    out: list[tuple[int, int]] = []
-    for first, last in runs:
-        if out and s_mm[first] - s_mm[out[-1][1]] < gap_mm:
-            out[-1] = (out[-1][0], last)
-        else:
-            out.append((first, last))
-    return out
-
-
-def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
-    """(first, last) of every run of True."""
-    padded = np.concatenate([[0], flags.astype(np.int8), [0]])
-    change = np.diff(padded)
-    return list(zip(np.flatnonzero(change == 1), np.flatnonzero(change == -1) - 1, strict=True))

@@ -65,12 +65,13 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         flags |= Flag.NO_HANDEDNESS
     outer = within_zone(with_outline(found, cut), cut, looks)
     outlined = add_outline(row, outer, looks, near, mid, apex_px)
-    knots, envelope_px = outlined.knots, outlined.envelope_px
     meet_px = NAN
     if looks.face is not None:
         meet_px = apex_from_legs(frame.pixels, cut, looks.sight, looks.face, looks.ends.plate_px)
     meet_px = meet_px if np.isfinite(meet_px) else apex_px
-    row = add_budgets(outlined.row, looks, near, mid, meet_px, outer, knots, envelope_px)
+    row = add_budgets(
+        outlined.row, looks, near, mid, meet_px, outer, outlined.knot_ends_px, outlined.envelope_px
+    )
     if not looks.zero_known:
         flags |= Flag.NO_SEPARATOR
     if not np.isfinite(looks.scale.mm_per_px):
@@ -80,7 +81,7 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
     if not looks.strand_count_given:
         flags |= Flag.STRAND_COUNT_GUESSED
     row = replace(row, flags=flags_to_text(flags))
-    return FrameResult(row, outlined.profile, knots), Warm(
+    return FrameResult(row, outlined.profile, outlined.knots), Warm(
         near or warm.near, mid or warm.mid, warm_slope
     )
 

@@ -7,38 +7,27 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tsvision.measures.along import mm_along
 from tsvision.measures.bundle import BundleFit
-from tsvision.measures.envelope import (
-    baseline_px,
-    envelope_px,
-    find_knots,
-    middle_swing,
-    unevenness_of,
-)
+from tsvision.measures.envelope import middle_swing, unevenness_of
 from tsvision.measures.helix import KC, RC, Edges
-from tsvision.measures.laid import coil_rate
+from tsvision.measures.knots import Outline, baseline_along_px, in_mm, knots_along
 from tsvision.measures.looks import Looks
 from tsvision.records import FrameRow, KnotSighting, Profile
 
 NAN = float("nan")
-# One view shows E only where a lobe of the coil happens to point sideways: either end of a knot
-# comes out short by up to half a lobe, both together by this part of D on average.
-COMES_SHORT = 0.3
-# Lobes of the strands meet those of the coil now here, now there: closed over one coil alone, the
-# lower quartile of an even coil comes out a tenth low, and stretches seen better look like knots.
-BEATS = 1.4  # coils over which the envelope is closed where its baseline is read
 BEYOND = 0.1  # of D: how much farther than the outline a fitted coil may reach
-JOINED = 0.4  # of a coil: what stands out so near to each other is one
-OWN_COIL = 0.7  # of a knot's own coil, over which it is closed to tell it from its neighbour
 COILS = 0.05  # rms swing over D from which a bundle coils
 
 
 class Outlined(NamedTuple):
-    """envelope_px (M,): E(s) at the edges' s, closed over no more than a knot's coil."""
+    """knot_ends_px: first and last s of each knot; envelope_px (M,): E(s) at the edges' s, closed
+    over no more than a knot's coil."""
 
     row: FrameRow
     profile: Profile
     knots: tuple[KnotSighting, ...]
+    knot_ends_px: tuple[tuple[float, float], ...]
     envelope_px: np.ndarray
 
 
@@ -65,40 +54,12 @@ def add_outline(
     diameter = row.diameter_px if np.isfinite(row.diameter_px) else looks.diameter_px
     swing, coil_period = middle_swing(upper, lower, diameter)
     period = _period(near, mid, coil_period, looks.diameter_px)
-    envelope = envelope_px(upper, lower, known, period, diameter)
-    # A knot coils more tightly than the bundle beside it, and the dips of an uneven bundle are
-    # about one coil wide: closed over the bundle's own period the dips would vanish, and two knots
-    # that lie near each other run together. What looks like one is looked at again, closed over
-    # little more than the half coil after which the next lobe shows on the other side.
-    tight = envelope_px(upper, lower, known, max(0.5 * period, 1.2 * diameter), diameter)
-    base = baseline_px(envelope_px(upper, lower, known, BEATS * period, diameter))
-    s_px = edges.s_px - looks.zero_px
     sd = row.diameter_px_sd if np.isfinite(row.diameter_px_sd) else 0.05 * diameter
-    unit = mm if np.isfinite(mm) else 1.0
-
-    def sought(closed_px: np.ndarray, gap_px: float) -> list[KnotSighting]:
-        return find_knots(
-            s_px * unit,
-            closed_px * unit,
-            diameter * unit,
-            base * unit,
-            looks.sight.axis.at(edges.s_px),
-            period * unit,
-            sd * unit,
-            COMES_SHORT * diameter * unit if swing > COILS * diameter else 0.0,
-            gap_px * unit,
-        )
-
-    knots: list[KnotSighting] = []
-    for knot in sought(tight, JOINED * period) if np.isfinite(base) else []:
-        low, high = (end / unit for end in knot.ends_mm)
-        rate = coil_rate(edges, looks.zero_px + low, looks.zero_px + high, diameter)
-        parts: list[KnotSighting] = []
-        if np.isfinite(rate):
-            own = envelope_px(upper, lower, known, OWN_COIL * 2.0 * np.pi / rate, diameter)
-            inside = (s_px >= low) & (s_px <= high)
-            parts = sought(np.where(inside, own, np.nan), 0.0)
-        knots += parts if len(parts) > 1 else [knot]
+    coils = swing > COILS * diameter
+    outline = Outline(edges, upper, lower, known, diameter, sd, period, coils)
+    envelope, tight = outline.closed_px(period), outline.tight_px
+    base = baseline_along_px(outline)
+    found = knots_along(outline, base, looks.sight.axis.at(edges.s_px))
     top = float(np.nanmax(envelope)) if np.isfinite(base) else NAN
     fitted = near.fit.p[RC] if near is not None and np.isfinite(row.pitch_px) else NAN
     if fitted > 0.5 * (top - diameter) + BEYOND * diameter:
@@ -115,9 +76,18 @@ def add_outline(
         baseline_envelope_mm=base * mm,
         max_envelope_px=top,
         max_envelope_mm=top * mm,
-        knot_count=float(len(knots)),
+        knot_count=float(len(found)),
     )
-    return Outlined(row, _profile(edges, looks, envelope), tuple(knots), tight)
+    knots = tuple(_told(knot, looks) for knot in found)
+    ends = tuple(knot.ends_mm for knot in found)
+    return Outlined(row, _profile(edges, looks, envelope), knots, ends, tight)
+
+
+def _told(knot: KnotSighting, looks: Looks) -> KnotSighting:
+    """A knot in px as it is told: in mm from the separator; in px from there without a scale."""
+    if not np.isfinite(looks.scale.mm_per_px):
+        return replace(knot, centre_mm=knot.centre_mm - looks.zero_px)
+    return in_mm(knot, float(mm_along(looks, knot.centre_mm)), looks.scale.mm_per_px)
 
 
 def _period(
@@ -141,7 +111,7 @@ def _profile(edges: Edges, looks: Looks, envelope: np.ndarray) -> Profile:
     s_px = edges.s_px[keep] - looks.zero_px  # from the separator, as s_mm
     place = axis.at(edges.s_px[keep])
     return Profile(
-        s_mm=s_px * mm,
+        s_mm=mm_along(looks, edges.s_px[keep]),
         s_px=s_px,
         upper_px=edges.upper_px[keep],
         lower_px=edges.lower_px[keep],
