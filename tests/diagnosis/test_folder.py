@@ -92,6 +92,44 @@ def test_s_is_one_reading_a_recording(tmp_path: Path) -> None:
     assert "hole_distance_mm" not in unseen.observables
 
 
+def coiled(where: Path, reached: float, counted: float = 1.0) -> Path:
+    """One folder whose bundle coils from 12 turns on and holds a knot at the last; `reached`: share
+    of the turns that reach it, `counted`: share of the zone in which they were counted."""
+    folder = folders(where)[0]
+    path = folder / "frames.csv"
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        turns = float(row["turns"])
+        row["phase"] = "knotted" if turns == LEVELS[-1] else "overtwist" if turns > 11 else "twist"
+        if not row["pitch_mm"]:
+            continue
+        pitch = float(row["pitch_mm"])
+        apex = ZONE_MM - (turns - 0.25) * pitch
+        seen = 0.25 + counted * (turns - 0.25)
+        row["apex_mm"], row["turns_seen"] = str(apex), str(seen if turns < 11 else reached * seen)
+        row["turns_seen_sd"] = "0.2"
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, [*rows[0], "apex_mm", "turns_seen", "turns_seen_sd"])
+        writer.writeheader()
+        writer.writerows(rows)
+    return folder
+
+
+def test_turns_seen_tell_of_a_coiled_bundle_until_it_knots(tmp_path: Path) -> None:
+    table = table_from_folders([coiled(tmp_path, reached=0.9)], Rig())
+    rows = table.observable == table.observables.index("turns_seen")
+    at = table.at.take(table.condition[rows])
+    assert set(at.turns) == {t for t in LEVELS[:-1] if t > 11}
+    assert not at.unwinding.any()  # knots keep turns that the motor takes back
+    np.testing.assert_allclose(table.value[rows], 0.9 * at.turns)
+
+
+def test_turns_counted_between_the_wrong_ends_are_left_out(tmp_path: Path) -> None:
+    table = table_from_folders([coiled(tmp_path, reached=1.0, counted=0.55)], Rig())
+    assert "turns_seen" not in table.observables
+
+
 def test_a_pitch_misread_alike_at_equal_turns_is_no_discrepancy(tmp_path: Path) -> None:
     def repeats(turns: float, run: int) -> float:
         return 0.1 * float(np.cos(0.5 * turns))  # shading of the strands, the same in each film

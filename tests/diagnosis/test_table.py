@@ -184,3 +184,20 @@ def test_a_wide_table_is_read_as_one() -> None:
     table = table_from_rows(list(rows[0]), rows, RIG)
     assert table.observables == ("displacement_mm",)
     np.testing.assert_allclose(table.at.load_N, 19.6133)
+
+
+def test_time_tells_the_branch_where_no_column_does() -> None:
+    def read(times: list[float]) -> list[bool]:
+        turns = [0.0, 5.0, 10.0, 15.0, 10.0, 5.0]
+        rows = [
+            {"turns": n, "time_s": t, "observable": "displacement_mm", "value": 1.0 + n + 0.1 * i}
+            for i, (n, t) in enumerate(zip(turns, times, strict=True))
+        ]
+        table = table_from_rows(list(rows[0]), rows, RIG)
+        told = any("fell in time" in note for note in table.notes)
+        back = table.at.unwinding[table.condition]
+        assert told == back.any()
+        return list(map(bool, back))
+
+    assert read([0.0, 1.0, 2.0, 3.0, 4.0, 5.0]) == [False] * 4 + [True] * 2
+    assert read([0.0, 1.0, 2.0, 3.0, 0.0, 1.0]) == [False] * 6  # a clock that starts again

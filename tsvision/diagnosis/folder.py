@@ -37,11 +37,15 @@ GAIN_SD = {
     "helix_angle_deg": 0.03,
     "pitch_mm": 0.01,
     "hole_distance_mm": 0.02,
+    "turns_seen": 0.02,
 }
 COMMON = 3.0  # times the median stated uncertainty of D
 EACH_RUN = 0.3  # times the same: how an edge is misread is learnt for each recording anew
 LEAST_SD = {"diameter_mm": 0.004, "helix_angle_deg": 0.2, "hole_distance_mm": 0.02}
 LEAST_TURNS = 0.1  # what a pitch tells of the turns in the strands, at best
+COILED_SD = 0.02  # of the turns seen where the bundle coils: 68 in 100 of rendered frames
+COILED_COMMON = 1.5  # times the uncertainty of the turns seen: what repeats at equal turns
+ZONE_SHARE = 0.05  # of L: by which turns seen and pitch of the straight bundle may contradict it
 FEWEST_TURNS = 1.0
 STEEPEST_RAD = math.radians(70.0)  # strands side by side cannot be laid steeper
 STRAIGHT = "twist"  # the phase in which the zone's mean helix is the one beside the separator
@@ -82,6 +86,9 @@ def table_from_folders(folders: Sequence[Path], rig: Rig) -> Table:
         own = table.value_sd[table.observable == table.observables.index("pitch_mm")]
         if np.all(np.isfinite(own)):
             drifts["pitch_mm"] = float(np.exp(np.mean(np.log(own))))
+    if "turns_seen" in gains:
+        own = table.value_sd[table.observable == table.observables.index("turns_seen")]
+        drifts["turns_seen"] = 2.0 * COILED_COMMON * float(np.exp(np.mean(np.log(own))))
     scale = _scale_sd(folders[0])
     return replace(
         table,
@@ -130,6 +137,7 @@ def _rows(folder: Path, rig: Rig, run: str) -> list[dict]:
     most = max((t for t in turned if not math.isnan(t)), default=NAN)
     coiled = _coiled_from(frames, turned)
     rows = []
+    counts = _zone_is_seen(frames, turned, coiled, zone_mm)
     # One reading of S a recording, which tells nothing of turns: it stands in their midst.
     gap_at = _middle_of([i for i, f in enumerate(frames) if _gap(f, constants)], turned)
     for i, (frame, turns) in enumerate(zip(frames, turned, strict=True)):
@@ -151,9 +159,33 @@ def _rows(folder: Path, rig: Rig, run: str) -> list[dict]:
         }
         straight = turns < coiled and not knotted
         rows += [{**common, **seen} for seen in _seen(frame, flags, turns, zone_mm, straight)]
+        if counts and not straight and not knotted:
+            rows += [{**common, **seen} for seen in _seen_coiled(frame, flags)]
         if i == gap_at:
             rows.append({**common, **_gap(frame, constants)})
     return rows
+
+
+def _zone_is_seen(frames: list[dict], turned: list[float], coiled: float, zone_mm: float) -> bool:
+    """Whether the straight bundle's turns and pitch make up a zone of about L: then the turns seen
+    were counted between the right ends."""
+    made_up = []
+    for frame, turns in zip(frames, turned, strict=True):
+        seen, pitch, apex = (_number(frame.get(k)) for k in ("turns_seen", "pitch_mm", "apex_mm"))
+        if FEWEST_TURNS < turns < coiled and not math.isnan(seen + pitch + apex):
+            made_up.append(apex + (seen - 0.25) * pitch)
+    return bool(made_up) and abs(float(np.median(made_up)) - zone_mm) < ZONE_SHARE * zone_mm
+
+
+def _seen_coiled(frame: dict, flags: set[str]) -> list[dict]:
+    """Turns of strands and coils together, where the pitch alone does not tell the turns. Knots
+    hide up to a sixth of theirs on small pictures: with them, nothing is said."""
+    seen, sd = _number(frame.get("turns_seen")), _number(frame.get("turns_seen_sd"))
+    if flags & NO_PITCH or math.isnan(seen) or math.isnan(sd):
+        return []
+    return [
+        {"observable": "turns_seen", "value": seen, "value_sd": math.hypot(sd, COILED_SD * seen)}
+    ]
 
 
 def _gap(frame: dict, constants: dict[str, float]) -> dict:

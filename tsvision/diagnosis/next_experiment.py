@@ -44,7 +44,8 @@ def propose(
     best: tuple[float, Proposal] | None = None
     design = _grid(problem)
     for observable in OBSERVABLES:
-        if observable in skip or observable == "pitch_mm":  # the helix angle says the same
+        # The helix angle says the same as the pitch, the twist the same as the turns seen.
+        if observable in skip or observable in ("pitch_mm", "turns_seen"):
             continue
         if observable == "torque_Nmm" and not np.all(np.isfinite(design.load_N)):
             continue

@@ -29,6 +29,7 @@ LEAST_NOISE = {
     "hole_distance_mm": 0.005,
     "twist_turns": 0.01,
     "pitch_mm": 0.003,
+    "turns_seen": 0.05,
     "torque_Nmm": 0.02,
 }
 
@@ -41,6 +42,7 @@ USUAL_NOISE = {
     "hole_distance_mm": 0.03,
     "twist_turns": 0.1,
     "pitch_mm": 0.02,
+    "turns_seen": 0.5,
     "torque_Nmm": 0.15,
 }
 USUAL_SD = 1.0  # of the log of (noise / usual noise)
@@ -133,7 +135,7 @@ def prepare(table: Table, base: str = "constant_radius") -> Problem:
     columns = [f"radius{g}" for g in range(radius_group.max() + 1)]
     columns += [f"zone{g}" for g in range(zone_group.max() + 1)]
     columns += [f"hole{g}" for g in range(hole_group.max() + 1)]
-    if {"diameter_mm", "hole_distance_mm", "pitch_mm"} & set(table.observables):
+    if {"diameter_mm", "hole_distance_mm", "pitch_mm", "turns_seen"} & set(table.observables):
         columns.append("camera")
     if "pitch_mm" in table.observables:
         columns.append("legs")

@@ -122,6 +122,8 @@ def parse(
             continue
         seen.add(key)
         parsed.append(row)
+    if "branch" not in names:
+        _unwind_by_time(parsed, notes)
     if empty:
         notes.append(f"{empty} rows without a value or turns were left out")
     if twice:
@@ -132,6 +134,30 @@ def parse(
             "decide anything"
         )
     return parsed
+
+
+def _unwind_by_time(rows: list[dict], notes: list[str]) -> None:
+    """Mark as unwinding what was read after the turns had last fallen, where times tell: without
+    them, or where turns only rise, all is winding."""
+    falling = 0
+    runs: dict[tuple[str, str], list[dict]] = {}
+    for row in rows:
+        runs.setdefault((row["run"], str(row.get("cycle"))), []).append(row)
+    for own in runs.values():
+        levels = {row.get("time_s", NAN): abs(row["turns"]) for row in own}
+        if len(levels) < 2 or any(map(math.isnan, levels)):
+            continue
+        if any(levels[row["time_s"]] != abs(row["turns"]) for row in own):
+            continue  # two turn counts at one time: the clock does not tell this run's order
+        back, before, unwound = False, -1.0, {}
+        for time in sorted(levels):
+            back = levels[time] < before or (back and levels[time] == before)
+            before, unwound[time] = levels[time], back
+        for row in own:
+            row["unwinding"] = unwound[row["time_s"]]
+            falling += row["unwinding"]
+    if falling:
+        notes.append(f"no column 'branch': {falling} rows were read while the turns fell in time")
 
 
 def _load(record: dict, names: list[str], rig: Rig, line: int, where: str) -> float:

@@ -29,6 +29,7 @@ def start_state(
         at=at,
         reference=reference,
         alpha_rad=at.turns[None, :] * RAD_PER_TURN,
+        reached_rad=at.turns[None, :] * RAD_PER_TURN,
         radius_mm=at.radius_mm[None, :] if radius_mm is None else radius_mm,
         zone_mm=at.twisting_zone_mm[None, :] if zone_mm is None else zone_mm,
         hole_mm=at.hole_distance_mm[None, :] if hole_mm is None else hole_mm,
@@ -58,6 +59,8 @@ def run_stages(state: State, simulation: Simulation, values: Mapping[str, np.nda
             effect = part.shape.effects.get(stage)
             if effect is not None:
                 state = _changed(state, effect(state, own))
+        if stage == "motor":
+            state = _changed(state, {"reached_rad": state.alpha_rad})
     return state
 
 
@@ -95,10 +98,19 @@ def observe(state: State, simulation: Simulation, observable: str) -> np.ndarray
         return state.alpha_rad / RAD_PER_TURN
     if observable == "pitch_mm":
         return _pitch_mm(state) * state.camera
+    if observable == "turns_seen":
+        return _turns_seen(state)
     if observable == "torque_Nmm":
         slope = _base(state, simulation, "slope_mm_per_turn") / RAD_PER_TURN
         return state.at.load_N * slope + state.torque_extra_Nmm
     raise KeyError(f"no observable '{observable}'")
+
+
+def _turns_seen(state: State) -> np.ndarray:
+    """Turns of strands, coils and knots in a picture. The zone is taken to end the stated L from
+    the holes by the camera's scale: what is wrong with either adds turns or cuts them off."""
+    shown = state.at.twisting_zone_mm[None, :] / (state.zone_mm * state.camera)
+    return state.reached_rad / RAD_PER_TURN * shown
 
 
 def _pitch_mm(state: State) -> np.ndarray:

@@ -16,6 +16,7 @@ LOOKS = {
     "helix_angle_deg": {np.pi / 180: "rad"},
     "twist_turns": {2 * np.pi: "rad", 360.0: "degrees"},
     "pitch_mm": {1e-3: "m", 1e3: "µm"},
+    "turns_seen": {},
     "torque_Nmm": {1e-3: "N m"},
 }
 NEAR = 1.6  # a value within this factor of the model's value times the unit's

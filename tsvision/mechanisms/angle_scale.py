@@ -41,7 +41,14 @@ MECHANISM = Mechanism(
     name="angle_scale",
     title="Slip or gear ratio",
     claim="the bundle gets only a share of the motor's rotation (slip), or the gear ratio is off",
-    touches=("displacement_mm", "helix_angle_deg", "twist_turns", "torque_Nmm", "pitch_mm"),
+    touches=(
+        "displacement_mm",
+        "helix_angle_deg",
+        "twist_turns",
+        "torque_Nmm",
+        "pitch_mm",
+        "turns_seen",
+    ),
     source="slip of the connector and gear ratio; D is left as it is",
     shapes=(
         _MAIN,

@@ -61,7 +61,14 @@ MECHANISM = Mechanism(
     name="backlash",
     title="Backlash",
     claim="when the motor reverses, the bundle follows late: unwinding lies above winding",
-    touches=("displacement_mm", "helix_angle_deg", "twist_turns", "torque_Nmm", "pitch_mm"),
+    touches=(
+        "displacement_mm",
+        "helix_angle_deg",
+        "twist_turns",
+        "torque_Nmm",
+        "pitch_mm",
+        "turns_seen",
+    ),
     source="play of gears and coupling, friction between the strands",
     shapes=(
         _MAIN,

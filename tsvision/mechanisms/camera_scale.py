@@ -31,7 +31,7 @@ MECHANISM = Mechanism(
     name="camera_scale",
     title="Camera scale off",
     claim="the camera's mm per px is off: lengths in the picture are wrong, the machine is right",
-    touches=("diameter_mm", "hole_distance_mm", "pitch_mm"),
+    touches=("diameter_mm", "hole_distance_mm", "pitch_mm", "turns_seen"),
     source="depth error dz changes the scale by dz/Z; refraction, refocusing",
     shapes=(
         _MAIN,

@@ -57,7 +57,14 @@ MECHANISM = Mechanism(
     name="lost_turns",
     title="Lost turns",
     claim="the first turns are lost: slack, a dead zone or play lays no strand near zero turns",
-    touches=("displacement_mm", "helix_angle_deg", "twist_turns", "torque_Nmm", "pitch_mm"),
+    touches=(
+        "displacement_mm",
+        "helix_angle_deg",
+        "twist_turns",
+        "torque_Nmm",
+        "pitch_mm",
+        "turns_seen",
+    ),
     source="slack strings and coupling play; flat near zero, then a constant shift in turns",
     shapes=(
         _MAIN,

@@ -22,6 +22,7 @@ OBSERVABLES: dict[str, str] = {
     "hole_distance_mm": "mm",
     "twist_turns": "turns",
     "pitch_mm": "mm",
+    "turns_seen": "turns",
     "torque_Nmm": "N mm",
 }
 
@@ -104,6 +105,7 @@ class State:
     """The actuator while the stages run; arrays broadcast to (B, m), B parameter sets at once.
 
     `alpha_rad` is the rotation that lays the strands, `coiled_rad` what coils took up instead,
+    `reached_rad` what reached the bundle at all, knots and coils included,
     `camera` the factor by which the camera enlarges, `torque_extra_Nmm` torque beyond F dx/dα,
     `legs` a factor on the turns that the way from the holes to the bundle is worth.
     """
@@ -111,6 +113,7 @@ class State:
     at: Conditions
     reference: Reference
     alpha_rad: np.ndarray
+    reached_rad: np.ndarray
     radius_mm: np.ndarray
     zone_mm: np.ndarray
     hole_mm: np.ndarray

@@ -32,7 +32,7 @@ MECHANISM = Mechanism(
     name="zone_length",
     title="Zone length off",
     claim="the twisting zone L is longer or shorter than stated",
-    touches=("displacement_mm", "helix_angle_deg", "torque_Nmm", "pitch_mm"),
+    touches=("displacement_mm", "helix_angle_deg", "torque_Nmm", "pitch_mm", "turns_seen"),
     source="the paper's L; its ends (apex, clamp) are not where a ruler puts them",
     shapes=(
         _MAIN,
