@@ -209,6 +209,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--size", default="960x540")
+    parser.add_argument("--only", choices=(*EFFECTS, "none"), help="of the cases, these alone")
     parser.add_argument("--keep", action="store_true", help="keep the rendered frames")
     parser.add_argument("--again", action="store_true", help="diagnose anew what was measured")
     options = parser.parse_args()
@@ -222,6 +223,8 @@ def main() -> None:
         if number in known:
             continue
         case = film(number, options.first_seed, (width, height))
+        if options.only not in (None, case.truth):
+            continue
         start = time.perf_counter()
         folders = measured(case, options.out, options.keep)
         middle = time.perf_counter()

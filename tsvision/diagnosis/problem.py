@@ -202,7 +202,7 @@ def _wander(table: Table) -> dict[str, np.ndarray]:
         nodes = np.unique(np.quantile(np.unique(turns[rows]), np.linspace(0.0, 1.0, WANDER_NODES)))
         if len(nodes) < 2:
             continue
-        share = np.where(rows, 0.5 * size * scale / table.value, 0.0)
+        share = np.where(rows, 0.5 * size * scale, 0.0) / np.where(rows, table.value, 1.0)
         for i, unit in enumerate(np.eye(len(nodes))):
             columns[f"wander {name} {i}"] = share * np.interp(turns, nodes, unit)
     if len(table.runs) > 1:
