@@ -16,6 +16,7 @@ from synth.build import make_settings
 from synth.recording import write_recording
 from synth.settings import Strings
 from tsvision.images.frames import open_recording
+from tsvision.measures import legs
 from tsvision.measures.cut import Cut, cut_frame
 from tsvision.measures.ends import find_ends
 from tsvision.measures.legs import Face, apex_from_legs, face_from_legs
@@ -122,6 +123,14 @@ def test_legs_tell_where_they_leave_the_plate(
 
 def test_legs_behind_the_plate_tell_nothing(clean: Film) -> None:
     assert from_legs(clean, 0.0, plate_px=clean.looks.sight.end_px) is None
+
+
+def test_legs_that_hardly_tell_are_not_asked(clean: Film, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The limit is above what good pictures leave open, and holds for what is worse."""
+    face = from_legs(clean, 0.0)
+    assert face is not None
+    monkeypatch.setattr(legs, "MOST_SD_MM", 0.9 * face.sd_px * clean.mm_per_px)
+    assert from_legs(clean, 0.0) is None
 
 
 def test_legs_cross_at_the_apex(clean: Film) -> None:

@@ -47,6 +47,16 @@ def drawn(knots: list[tuple[float, float]], knot: tuple[float, float] = KNOT) ->
     return Edges(s, middle + 0.5 * D, middle - 0.5 * D, ones, ones)
 
 
+def beating() -> Edges:
+    """An even coil of which every fifth crest shows all of E, the others a tenth less."""
+    s = np.arange(float(LENGTH))
+    swing = np.cos(2.0 * np.pi * s / BUNDLE[1])
+    lobes = sum(np.exp(-0.5 * ((s - at) / 25.0) ** 2) for at in (0.0, 240.0, 480.0, 672.0))
+    half = 0.5 * D + 0.4 * BUNDLE[0] * np.abs(swing) * (0.3 + 0.7 * lobes)
+    ones = np.ones(s.size)
+    return Edges(s, 0.6 * BUNDLE[0] * swing + half, 0.6 * BUNDLE[0] * swing - half, ones, ones)
+
+
 def seen(edges: Edges, at: Looks) -> Outlined:
     row = FrameRow(frame=0, file="", turns=30.0, diameter_px=D, diameter_px_sd=0.2)
     return add_outline(row, edges, at, None, None, float("nan"))
@@ -85,13 +95,7 @@ def test_many_knots_leave_the_baseline_alone() -> None:
 def test_lobes_that_meet_the_coil_now_and_then_do_not_lower_the_baseline() -> None:
     """At every fifth crest of the coil a strand's lobe reaches out to E, elsewhere a tenth less.
     Closed over the period alone, E0 would be that of the crests which show no lobe."""
-    s = np.arange(float(LENGTH))
-    swing = np.cos(2.0 * np.pi * s / BUNDLE[1])
-    lobes = sum(np.exp(-0.5 * ((s - at) / 25.0) ** 2) for at in (0.0, 240.0, 480.0, 672.0))
-    half = 0.5 * D + 0.4 * BUNDLE[0] * np.abs(swing) * (0.3 + 0.7 * lobes)
-    ones = np.ones(s.size)
-    edges = Edges(s, 0.6 * BUNDLE[0] * swing + half, 0.6 * BUNDLE[0] * swing - half, ones, ones)
-    base = seen(edges, looks()).row.baseline_envelope_px
+    base = seen(beating(), looks()).row.baseline_envelope_px
     # The line through seven coils' middles tilts by 0.8 px, 4 % of E; one coil alone reads 8 % low.
     assert base == pytest.approx(D + 2.0 * BUNDLE[0], rel=0.045)
 
@@ -106,3 +110,16 @@ def test_the_zone_is_as_long_as_the_rig_says(connector_seen: bool) -> None:
     scale = MM_PER_PX * (LENGTH / connector if connector_seen else 1.0)
     assert found.knots[0].centre_mm == pytest.approx(0.5 * (low + high) * scale)
     assert found.profile.s_mm[-1] == pytest.approx(found.profile.s_px[-1] * scale)
+
+
+def test_a_dip_of_the_coil_is_uneven_and_a_beat_of_the_lobes_is_not() -> None:
+    """The coil is withdrawn twice over about one coil, as beyond the local onset."""
+    s = np.arange(float(LENGTH))
+    dip = sum(np.exp(-0.5 * ((s - at) / 20.0) ** 2) for at in (200.0, 480.0))
+    radius = 2.0 * BUNDLE[0] * (1.0 - 0.8 * dip)
+    middle = radius * np.cos(2.0 * np.pi * s / (0.5 * BUNDLE[1]))
+    ones = np.ones(s.size)
+    edges = Edges(s, middle + 0.5 * D, middle - 0.5 * D, ones, ones)
+    true = float(np.std(D + 2.0 * radius) / np.mean(D + 2.0 * radius))
+    assert seen(edges, looks()).row.unevenness == pytest.approx(true, rel=0.2)
+    assert seen(beating(), looks()).row.unevenness < 0.02

@@ -24,6 +24,7 @@ MOST = 48  # columns of a leg, those next to the apex, that one frame's apex is 
 CLEAR = 0.35  # of the bundle's contrast
 FEWEST = 6  # columns of either leg
 HOLE_SD_MM = 0.08  # by which a string lies off the middle of its hole
+MOST_SD_MM = 0.25  # legs that tell the exits worse than this tell less than plate and connector do
 LEAST_SLOPE = 0.1  # legs that hardly open tell nothing of where they come from
 
 
@@ -55,7 +56,7 @@ def face_from_legs(
     half_gap_px: float,
     mm_per_px: float,
 ) -> Face | None:
-    """The exits from all (picture, cut) that show two legs; None where none does.
+    """The exits from all (picture, cut) that show two legs; None where none does, or too vaguely.
 
     about_px: s of the face roughly; plate_px: of the plate's visible edge (NaN: not seen), half of
     S as `half_gap_px`. Assumes two holes, or two groups of them, in the picture's plane.
@@ -84,7 +85,10 @@ def face_from_legs(
         return None
     rms2 = 2.0 * fit.cost / (2 * len(legs))
     covariance = np.linalg.pinv(fit.jac.T @ fit.jac) * max(rms2, 0.01)
-    return Face(float(fit.x[0]), float(np.sqrt(covariance[0, 0])), float(fit.x[2]), float(fit.x[1]))
+    sd_px = float(np.sqrt(covariance[0, 0]))
+    if not sd_px * mm_per_px < MOST_SD_MM:
+        return None
+    return Face(float(fit.x[0]), sd_px, float(fit.x[2]), float(fit.x[1]))
 
 
 def apex_from_legs(

@@ -16,6 +16,7 @@ from tsvision.measures.looks import Looks
 from tsvision.records import FrameRow, KnotSighting, Profile
 
 NAN = float("nan")
+BEATING = 0.075  # unevenness that one view shows of an even coil's crests
 BEYOND = 0.1  # of D: how much farther than the outline a fitted coil may reach
 COILS = 0.05  # rms swing over D from which a bundle coils
 
@@ -71,7 +72,7 @@ def add_outline(
         row,
         coil_amplitude_px=amplitude,
         coil_amplitude_mm=amplitude * mm,
-        unevenness=unevenness_of(tight),
+        unevenness=_unevenness(outline, _coil_px(near, mid, coil_period)),
         baseline_envelope_px=base,
         baseline_envelope_mm=base * mm,
         max_envelope_px=top,
@@ -88,6 +89,25 @@ def _told(knot: KnotSighting, looks: Looks) -> KnotSighting:
     if not np.isfinite(looks.scale.mm_per_px):
         return replace(knot, centre_mm=knot.centre_mm - looks.zero_px)
     return in_mm(knot, float(mm_along(looks, knot.centre_mm)), looks.scale.mm_per_px)
+
+
+def _coil_px(near: BundleFit | None, mid: BundleFit | None, coil_period_px: float) -> float:
+    """Pitch of the coil, fitted or from the middle of the edges; NaN where none is seen."""
+    fits = (f.fit for f in (near, mid) if f is not None)
+    return next((2 * np.pi / float(fit.p[KC]) for fit in fits if fit.coiled), coil_period_px)
+
+
+def _unevenness(outline: Outline, coil_px: float) -> float:
+    """Coefficient of variation of E(s), without what the beat of lobes and coil adds to it.
+
+    Closed over half a coil, from one crest to the next, a dip shows as deep as it is; over more it
+    fills up, and uneven coiling looks even.
+    """
+    d = outline.diameter_px
+    if not (outline.coils and np.isfinite(coil_px)):
+        return unevenness_of(outline.tight_px)
+    shown = unevenness_of(outline.closed_px(float(np.clip(0.5 * coil_px, 0.6 * d, 2.0 * d))))
+    return float(np.sqrt(max(shown**2 - BEATING**2, 0.0)))
 
 
 def _period(

@@ -18,6 +18,7 @@ MOST = 4.0
 DEAD_FLAGS = ("UNREADABLE", "WRONG_SIZE", "BLANK", "NO_BUNDLE")
 READINGS = ("diameter_mm", "diameter_px", "max_envelope_mm", "unevenness")
 ENVELOPE_NOISE = 0.04  # relative error of the largest E read from one view
+UNEVEN_NOISE = 0.02  # of the unevenness: which lobes one view shows changes over several frames
 DIAMETER_NOISE = 0.04  # relative error of a knot's largest diameter in one view
 STRAIGHT = 0.5  # a knot in a bundle that coils nowhere else (A below this share of the criterion,
 STRAIGHT_BASELINE = 1.08  # or E₀ hardly above D) …
@@ -119,7 +120,9 @@ def steady_ratio(frames: pd.DataFrame, name: str, window: int = 9) -> np.ndarray
 
 def uneven_evidence(frames: pd.DataFrame, criteria: Criteria) -> np.ndarray:
     """(n,) for unevenness ≥ its threshold."""
-    return threshold_evidence(numbers(frames, "unevenness"), criteria.unevenness, floor=0.004)
+    return threshold_evidence(
+        numbers(frames, "unevenness"), criteria.unevenness, floor=UNEVEN_NOISE
+    )
 
 
 def knot_evidence(frames: pd.DataFrame, certainty: np.ndarray, criteria: Criteria) -> np.ndarray:
