@@ -14,6 +14,7 @@ import pandas as pd
 from tsvision.errors import InputError
 from tsvision.records import Onset, Rig
 from tsvision.timeline import evidence as speak
+from tsvision.timeline.apart import told_apart
 from tsvision.timeline.background import least_believed
 from tsvision.timeline.chain import Histories, infer
 from tsvision.timeline.consistency import (
@@ -78,6 +79,7 @@ def account(
     knots = knots if "frame" in knots else pd.DataFrame({"frame": pd.Series(dtype=int)})
     knots = in_both_units(frames, knots.reset_index(drop=True))
     order = order_frames(frames)
+    knots = told_apart(frames, knots, order)
     tracking = track_knots(frames, knots, order, rig.actuator.twisting_zone_mm)
     spoken = _evidence(frames, knots, tracking, rig, criteria)
     histories = infer_all(spoken, order, speak.ready_to_knot(frames))

@@ -19,6 +19,7 @@ from scipy.optimize import linear_sum_assignment
 from tsvision.timeline.background import chances
 from tsvision.timeline.evidence import measured
 from tsvision.timeline.order import Order, numbers
+from tsvision.timeline.places import median, places_in_diameters, rows_of_steps
 from tsvision.timeline.repeats import extent_in_diameters, repeat_odds
 
 GAP_FRAMES = 3  # a track outlives this many measured frames without a sighting
@@ -75,7 +76,7 @@ def track_knots(
     number = np.full(len(knots), -1)
     place, length = places_in_diameters(frames, knots)
     odds = _log_odds(chances(frames, knots, order))
-    rows_at = _rows_of_steps(frames, knots, order)
+    rows_at = rows_of_steps(frames, knots, order)
     extent = extent_in_diameters(frames)
     good = measured(frames)[order.rows]
     live: list[Track] = []
@@ -97,7 +98,7 @@ def track_knots(
     step_of_row[np.concatenate([*rows_at, np.zeros(0, dtype=int)])] = steps_of
     size = numbers(knots, "max_diameter_mm")
     artefact = _artefacts(tracks, place, size, step_of_row, good, order)
-    unit = _median(numbers(frames, "diameter_mm"))
+    unit = median(numbers(frames, "diameter_mm"))
     artefact |= beyond(knots, zone_mm, unit) | (size > HUGE_D * unit)
     tracks = _number(tracks, artefact, len(order.rows) - 1)
     supported = odds.copy()
@@ -152,39 +153,9 @@ def _net_odds(track: Track, order: Order) -> float:
     return track.log_odds - (0.0 if unwinds else MISS_COST * min(track.missed, GAP_FRAMES))
 
 
-def places_in_diameters(frames: pd.DataFrame, knots: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-    """(rows,) position along the bundle and length of each sighting, in median D."""
-    unit_mm = _median(numbers(frames, "diameter_mm"))
-    unit_px = _median(numbers(frames, "diameter_px"))
-    along_mm = numbers(knots, "centre_mm")
-    if np.isfinite(along_mm).all() and np.isfinite(unit_mm):
-        return along_mm / unit_mm, np.nan_to_num(numbers(knots, "length_mm") / unit_mm, nan=1.5)
-    x0, y0, x1, y1 = (
-        _median(numbers(frames, f"axis_{name}_px")) for name in ("x0", "y0", "x1", "y1")
-    )
-    ux, uy = (x1 - x0, y1 - y0) if np.isfinite([x0, y0, x1, y1]).all() else (1.0, 0.0)
-    norm = float(np.hypot(ux, uy)) or 1.0
-    along_px = (numbers(knots, "centre_x_px") * ux + numbers(knots, "centre_y_px") * uy) / norm
-    unit_px = unit_px if np.isfinite(unit_px) else 20.0
-    return along_px / unit_px, np.nan_to_num(numbers(knots, "length_px") / unit_px, nan=1.5)
-
-
-def _median(values: np.ndarray) -> float:
-    values = values[np.isfinite(values)]
-    return float(np.median(values)) if len(values) else float("nan")
-
-
 def _log_odds(chance: np.ndarray) -> np.ndarray:
     chance = np.clip(chance, 0.02, 0.98)
     return np.log(chance / (1 - chance))
-
-
-def _rows_of_steps(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> list[np.ndarray]:
-    names = frames["frame"].to_numpy()[order.rows]
-    of = {}
-    if len(knots):
-        of = {name: np.asarray(rows) for name, rows in knots.groupby("frame").indices.items()}
-    return [of.get(name, np.zeros(0, dtype=int)) for name in names]
 
 
 def _turned_since(order: Order, live: list[Track], step: int) -> np.ndarray:
