@@ -17,10 +17,14 @@ from tsvision.measures.shading import (
     Shading,
     edge_samples,
     fit_shading,
+    inside_at,
     inside_px,
     mean_profile,
 )
 from tsvision.measures.strands import Silhouette, outline
+
+
+FOUND_BACK_PX = 1.5  # from how far outside a match comes to the edge
 
 
 @dataclass(frozen=True)
@@ -183,8 +187,11 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
     """Sub-pixel edges of every column of the bundle, weighted by how well the model matched."""
     found = []
     for rough, outward, shade in zip(rough_edges(cut), (1, -1), shading, strict=True):
+        # Under a wide blur the rough edge lies further out than a match finds back from. Not all
+        # the way: what lies between two strands is found from outside.
+        start = rough + outward * min(inside_at(shade, cut.mask_level) + FOUND_BACK_PX, 0.0)
         edge, depth, residual = match_edges(
-            cut.contrast, rough, outward, shade, _slope(rough), limit_px=2.5
+            cut.contrast, start, outward, shade, _slope(rough), limit_px=2.5
         )
         typical = np.nanmedian(depth) if np.isfinite(depth).any() else np.nan
         with np.errstate(invalid="ignore"):

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsvision.flags import Flag, flags_to_text
+from tsvision.measures.blur import shading_of
 from tsvision.measures.budgets import add_budgets
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.cut import Cut, cut_frame, find_edges
@@ -58,6 +59,12 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
     edges = within_zone(found, cut, looks)
     apex_px = apex_of(cut, looks)
     near, mid = fit_bundle(edges, looks, turns, apex_px, warm.near, warm.mid)
+    if near is not None and not looks.steady:
+        looks = replace(looks, shading=shading_of(cut, near, looks.shading))
+        found = find_edges(cut, looks.shading)
+        edges = within_zone(found, cut, looks)
+        near, mid = fit_bundle(edges, looks, turns, apex_px, near, mid)
+        row = replace(row, blur_px=looks.shading[0].blur_px)
     row, flags = _bundle_values(row, flags, near, mid, edges, looks)
     slope, warm_slope = _handedness(cut, edges, looks, warm)
     row = replace(row, handedness=slope[0], handedness_confidence=slope[1])

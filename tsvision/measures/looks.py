@@ -12,6 +12,7 @@ import numpy as np
 
 from tsvision.images.linear import LUMA_BGR
 from tsvision.images.sight import Sight, find_sight
+from tsvision.measures.blur import alike, frame_blur_px, model_rows
 from tsvision.measures.bundle import SWINGS, BundleFit, fit_window, swing_px
 from tsvision.measures.count import count_strands
 from tsvision.measures.cut import (
@@ -24,7 +25,7 @@ from tsvision.measures.cut import (
 )
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.gap import Gap, gap_from_legs
-from tsvision.measures.helix import Section, model_edges
+from tsvision.measures.helix import Section
 from tsvision.measures.legs import Face, face_from_legs
 from tsvision.measures.search import POOR
 from tsvision.measures.section import pair_core
@@ -36,6 +37,7 @@ SAMPLED_FRAMES = 8
 # What numerics raise on pictures without a usable edge; anything else is a fault of the code.
 UNLEARNABLE = (ValueError, FloatingPointError, ZeroDivisionError, np.linalg.LinAlgError, cv2.error)
 THIN = 0.6  # of the section's width: what is thinner is no bundle of these strands
+SHARP = 1.2  # times the sharpest frame's blur: these teach where frames differ
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
 
 
@@ -43,7 +45,8 @@ COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half reso
 class Looks:
     """All that stays the same in a recording.
 
-    strand_count N and its confidence (1 when given); shading of the upper and lower edge;
+    strand_count N and its confidence (1 when given); shading of the upper and lower edge; steady:
+    whether all frames are equally sharp;
     diameter_px as learnt; half_px rows of a strip; zero_px: s of the separator's face; zone_px: L;
     face: the same as the legs tell it, None where they do not; gap: S as they tell it.
     """
@@ -54,6 +57,7 @@ class Looks:
     strand_count_given: bool
     strand_count_confidence: float
     shading: tuple[Shading, Shading]
+    steady: bool
     diameter_px: float
     half_px: int
     ends: Ends
@@ -128,8 +132,9 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     strand_px = sight.width_px / section.diameter_d
     shading = learn_shading(cuts, 0.5 * strand_px, sight.sense) or _plain(0.5 * strand_px)
     diameter = sight.width_px
+    steady = True
     for _ in range(2):
-        shading, diameter = _settle(cuts, section, shading, diameter, sight.sense)
+        shading, diameter, steady = _settle(cuts, section, shading, diameter, sight.sense)
     if not np.array_equal(sight.weights, LUMA_BGR) or sight.by_distance:
         shading = (_in_colour(shading[0]), _in_colour(shading[1]))
     zero, known = _separator_face(ends, zone_px, cuts)
@@ -151,6 +156,7 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         strand_count_given=given is not None,
         strand_count_confidence=sure,
         shading=shading,
+        steady=steady,
         diameter_px=diameter,
         half_px=max(half, int(np.ceil(2.2 * diameter)) + 6),
         ends=ends,
@@ -207,27 +213,32 @@ def _possible_widths(rig: Rig, scale: Scale) -> tuple[float, float] | None:
 
 def _settle(
     cuts: list[Cut], section: Section, shading: tuple[Shading, Shading], diameter: float, sense: int
-) -> tuple[tuple[Shading, Shading], float]:
+) -> tuple[tuple[Shading, Shading], float, bool]:
     """Average the edges again along the fitted silhouettes, and learn shading and blur from that.
 
     Aligned on measured edges the mean profile is smeared by their scatter; aligned on the fitted
-    helix it is not. The places found by the sharper profile say how far the edges were off.
+    helix it is not. The places found by the sharper profile say how far the edges were off. Also
+    returns whether the frames are equally sharp.
     """
     fits = _fitted(cuts, section, shading, diameter, coil=False)
     if not any(f.fit.cost < POOR for _, f in fits):
         fits += _fitted(cuts, section, shading, diameter, coil=True)
     if not fits:
-        return shading, diameter
+        return shading, diameter, True
+    blurs = np.array([frame_blur_px(cut, fit, shading) for cut, fit in fits])
+    steady = alike(blurs)
+    if not steady:  # the sharpest tell light from blur best
+        fits = [f for f, b in zip(fits, blurs, strict=True) if not b > SHARP * np.nanmin(blurs)]
     fits = _best(fits)
     diameter = float(np.median([f.fit.diameter_px for _, f in fits]))
     rho = 0.5 * diameter / section.diameter_d
-    known = [_model_rows(cut, fit) for cut, fit in fits]
+    known = [model_rows(cut, fit) for cut, fit in fits]
     mean = edge_profiles([cut for cut, _ in fits], rho, known)
     if mean is None:
-        return shading, diameter
+        return shading, diameter, steady
     bright = brightness_of([cut for cut, _ in fits])
     upper, lower, _ = fit_shading(mean, rho, sense, shading[0].blur_px, bright)
-    return (upper, lower), diameter
+    return (upper, lower), diameter, steady
 
 
 def _fitted(
@@ -264,16 +275,6 @@ def _best(fits: list[tuple[Cut, BundleFit]]) -> list[tuple[Cut, BundleFit]]:
     fits = [(cut, f) for cut, f in fits if not f.fit.coiled] or fits
     limit = 1.25 * min(f.fit.rms_px for _, f in fits)
     return [(cut, f) for cut, f in fits if f.fit.rms_px <= limit]
-
-
-def _model_rows(cut: Cut, found: BundleFit) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of the fitted silhouette's edges, (M,) each, NaN outside the fitted window."""
-    inside = (cut.s_px >= found.s_low_px) & (cut.s_px <= found.s_high_px)
-    upper, lower = np.full(inside.size, np.nan), np.full(inside.size, np.nan)
-    z0 = found.s_low_px - found.middle_px
-    up, low = model_edges(found.fit.p, found.fit.section, z0, int(inside.sum()))
-    upper[inside], lower[inside] = up + cut.half_px, low + cut.half_px
-    return upper, lower
 
 
 def _separator_face(ends: Ends, zone_px: float, cuts: list[Cut]) -> tuple[float, bool]:

@@ -313,7 +313,7 @@ def _valleys(
         edges.upper_weight,
         edges.lower_weight,
         0.25 * rho,
-        max(0.35, min(1.0, 0.2 * rho)),
+        max(0.35, min(1.0, 0.4 * rho)),
         costs,
     )
     # A section that is nearly four-fold has two deep valleys at one rate, a quarter turn apart.

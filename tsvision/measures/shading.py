@@ -28,7 +28,7 @@ from scipy.optimize import least_squares, nnls
 
 TEMPLATE_START_PX = -14.0
 TEMPLATE_STEP_PX = 0.05
-_T = np.arange(TEMPLATE_START_PX, 30.0, TEMPLATE_STEP_PX)
+TEMPLATE_GRID_PX = np.arange(TEMPLATE_START_PX, 30.0, TEMPLATE_STEP_PX)
 LAMPS_RAD = np.deg2rad(np.linspace(-90.0, 180.0, 13))
 # Before anything is seen: so much of the core's light comes from lamps, most of them beside the
 # camera; all lamps together may differ from that by LAMP_SD.
@@ -79,8 +79,8 @@ def inside_px(rho_px: float) -> float:
 def light_shapes(rho_px: float, blur_px: float) -> np.ndarray:
     """Blurred profiles of ambient light and of every lamp, (1 + 13, T) on the template's grid."""
     # The sample on the edge itself counts half, else every edge lies half a step off.
-    inside = np.clip(0.5 + _T / TEMPLATE_STEP_PX, 0.0, 1.0)
-    x = np.clip(1.0 - _T / rho_px, -1.0, 1.0)
+    inside = np.clip(0.5 + TEMPLATE_GRID_PX / TEMPLATE_STEP_PX, 0.0, 1.0)
+    x = np.clip(1.0 - TEMPLATE_GRID_PX / rho_px, -1.0, 1.0)
     facing = np.sqrt(1.0 - x * x)
     lit = np.cos(LAMPS_RAD)[:, None] * facing + np.sin(LAMPS_RAD)[:, None] * x
     shapes = inside * np.vstack([np.ones_like(x), np.maximum(lit, 0.0)])
@@ -105,6 +105,13 @@ def plain_shading(rho_px: float, blur_px: float = 1.0) -> Shading:
     """A strand evenly lit with some light from the camera's side, before anything is learnt."""
     lamps = np.where(np.isclose(LAMPS_RAD, 0.0), 0.2, 0.0)
     return make_shading(rho_px, blur_px, 0.8, lamps)
+
+
+def inside_at(shading: Shading, level: float) -> float:
+    """How far inside the edge, px, the signal first reaches a level (core's contrast 1): outside,
+    < 0, for low ones; 0 where it never does."""
+    reached = shading.template >= level
+    return float(TEMPLATE_GRID_PX[np.argmax(reached)]) if reached.any() else 0.0
 
 
 def edge_samples(
@@ -265,7 +272,7 @@ class _System:
         blocks = []
         for i, (p, sd) in enumerate(zip(self.profiles, self.sd, strict=True)):
             one = np.ones_like(p.t_px)
-            seen = [np.interp(p.t_px - q[1 + i], _T, shape) for shape in shapes]
+            seen = [np.interp(p.t_px - q[1 + i], TEMPLATE_GRID_PX, shape) for shape in shapes]
             block = np.zeros((p.t_px.size, 2 * self.unknowns))
             place = slice(i * self.unknowns, (i + 1) * self.unknowns)
             block[:, place] = np.stack([*seen, one, -one], axis=1) / sd[:, None]

@@ -1,0 +1,68 @@
+"""Frames of one recording that are not equally sharp."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.measures.pictures import picture
+from tests.measures.test_edges import offsets_for, seen, tube
+from tsvision.images.linear import to_linear
+from tsvision.measures.blur import alike, blur_of
+from tsvision.measures.recording import Measurer
+from tsvision.measures.shading import fit_shading
+from tsvision.records import Frame, Rig, Strings, View
+
+DIAMETER_PX = 24.0
+
+
+def smeared_across(picture: np.ndarray, length_px: int) -> np.ndarray:
+    """A shake along the columns, in linear light."""
+    light = cv2.blur(to_linear(picture, float("nan")), (1, length_px))
+    coded = np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    return np.round(255.0 * coded).astype(np.uint8)
+
+
+@pytest.mark.parametrize("blur_px", [0.6, 1.4, 2.2, 3.0])
+def test_blur_is_read_under_known_light(blur_px: float) -> None:
+    """Light learnt at a blur of 0.9 px, an edge that the silhouette misplaces by 0.3 px."""
+    rho = 6.0
+    offsets = offsets_for(rho)
+    learnt = seen(rho, tube(offsets, rho, 0.9, 0.4, 0.5, 0.2), offsets)
+    upper, lower, _ = fit_shading((learnt, learnt), rho)
+    blurred = seen(rho, tube(offsets + 0.3, rho, blur_px, 0.4, 0.5, 0.2), offsets)
+    assert blur_of((blurred, blurred), (upper, lower)) == pytest.approx(blur_px, rel=0.1)
+
+
+def test_frames_count_as_alike_within_what_a_blur_is_read_to() -> None:
+    assert alike(np.array([0.85, 0.95, np.nan, 1.0]))
+    assert alike(np.array([1.4]))
+    assert not alike(np.array([0.9, 0.95, 1.6]))
+
+
+def test_a_smeared_frame_is_as_thick_as_the_sharp_ones() -> None:
+    """Every second picture smeared over 6 px across the axis: read as sharp as the others, those
+    came out 2.2 px thick."""
+    film = [
+        picture(
+            diameter_px=DIAMETER_PX, dark_on_bright=False, light_deg=50.0, tilt_deg=1.0,
+            phase_rad=0.9 * k, seed=k,
+        )
+        for k in range(4)
+    ]  # fmt: skip
+    for k in (1, 3):
+        film[k] = smeared_across(film[k], 6)
+    measurer = Measurer(Rig(strings=Strings(count=2), view=View(separator_side="none")))
+    measurer.prime(film)
+    rows = [measurer.measure(Frame(k, f"{k}.png", p)).row for k, p in enumerate(film)]
+    assert measurer.looks is not None and not measurer.looks.steady
+    sharp, smeared = (np.array([r.diameter_px for r in rows[k::2]]) for k in (0, 1))
+    assert rows[1].blur_px > 1.3 * rows[0].blur_px
+    assert smeared == pytest.approx(sharp.mean(), abs=0.35)
+
+    measurer.looks = replace(measurer.looks, steady=True)
+    taken_for_sharp = measurer.measure(Frame(1, "1.png", film[1])).row.diameter_px
+    assert abs(taken_for_sharp - sharp.mean()) > 2.0 * abs(smeared - sharp.mean()).max()

@@ -1,0 +1,98 @@
+"""The blur of single frames, where a recording's frames are not equally sharp: shake, refocusing.
+
+The light on the strands is the recording's, learnt once; how far a frame is blurred is read from
+its own mean edges. A template too sharp, or not sharp enough, for a frame takes the ramp at the
+limb for the edge, or the edge for the ramp: 6 px of shake moved D by 2 px.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.optimize import least_squares
+
+from tsvision.measures.bundle import BundleFit
+from tsvision.measures.cut import Cut, edge_profiles
+from tsvision.measures.helix import model_edges
+from tsvision.measures.shading import (
+    TEMPLATE_GRID_PX,
+    TEMPLATE_STEP_PX,
+    EdgeProfile,
+    Shading,
+    make_shading,
+)
+
+SHARPEST_PX, MOST_BLURRED_PX = 0.35, 6.0
+STEADY, STEADY_PX = 0.25, 0.4  # of the blur, and at least: frames that differ by no more are alike
+FURTHEST_PX = 2.5  # from the fitted silhouette: where the edge may lie
+
+
+def model_rows(cut: Cut, found: BundleFit) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the fitted silhouette's edges, (M,) each, NaN outside the fitted window."""
+    inside = (cut.s_px >= found.s_low_px) & (cut.s_px <= found.s_high_px)
+    upper, lower = np.full(inside.size, np.nan), np.full(inside.size, np.nan)
+    z0 = found.s_low_px - found.middle_px
+    up, low = model_edges(found.fit.p, found.fit.section, z0, int(inside.sum()))
+    upper[inside], lower[inside] = up + cut.half_px, low + cut.half_px
+    return upper, lower
+
+
+def frame_blur_px(cut: Cut, found: BundleFit, shading: tuple[Shading, Shading]) -> float:
+    """sd of a frame's blur, px, from both sides' mean edges along its fitted silhouette under the
+    recording's light; NaN where too little of them is seen."""
+    profiles = edge_profiles([cut], shading[0].rho_px, [model_rows(cut, found)])
+    return float("nan") if profiles is None else blur_of(profiles, shading)
+
+
+def blur_of(profiles: tuple[EdgeProfile, EdgeProfile], shading: tuple[Shading, Shading]) -> float:
+    """Blur (px) that both mean profiles share; depth, ground and place of each are free."""
+    sharpest = [s.template for s in with_blur(shading, SHARPEST_PX)]
+
+    def residuals(q: np.ndarray) -> np.ndarray:
+        sd = np.sqrt(max(q[0] ** 2 - SHARPEST_PX**2, 1e-6)) / TEMPLATE_STEP_PX
+        out = []
+        for p, template, place in zip(profiles, sharpest, q[1:], strict=True):
+            blurred = gaussian_filter1d(template, sd, mode="nearest", truncate=3.5)
+            seen = np.interp(p.t_px - place, TEMPLATE_GRID_PX, blurred)
+            design = np.stack([seen, np.ones_like(seen)], axis=1)
+            found = np.linalg.lstsq(design, p.value, rcond=None)[0]
+            out.append(design @ found - p.value)
+        return np.concatenate(out)
+
+    start = float(np.clip(shading[0].blur_px, SHARPEST_PX + 0.05, MOST_BLURRED_PX - 0.05))
+    fit = least_squares(
+        residuals,
+        np.array([start, 0.0, 0.0]),
+        bounds=(
+            [SHARPEST_PX, -FURTHEST_PX, -FURTHEST_PX],
+            [MOST_BLURRED_PX, FURTHEST_PX, FURTHEST_PX],
+        ),
+        diff_step=1e-3,
+        max_nfev=15,
+    )
+    return float(fit.x[0])
+
+
+def with_blur(shading: tuple[Shading, Shading], blur_px: float) -> tuple[Shading, Shading]:
+    """The same light under another blur."""
+    upper, lower = (
+        make_shading(s.rho_px, blur_px, s.ambient, s.lamps, s.residual, s.place_sd_px)
+        for s in shading
+    )
+    return upper, lower
+
+
+def shading_of(
+    cut: Cut, found: BundleFit, shading: tuple[Shading, Shading]
+) -> tuple[Shading, Shading]:
+    """The recording's light under this frame's own blur; as it is where that is not seen."""
+    blur_px = frame_blur_px(cut, found, shading)
+    return with_blur(shading, blur_px) if np.isfinite(blur_px) else shading
+
+
+def alike(blurs_px: np.ndarray) -> bool:
+    """Whether frames of these blurs (K,) are equally sharp, as far as is known."""
+    known = blurs_px[np.isfinite(blurs_px)]
+    if known.size < 2:
+        return True
+    return bool(np.ptp(known) <= max(STEADY * float(np.median(known)), STEADY_PX))
