@@ -23,7 +23,6 @@ from tsvision.measures.shading import (
 )
 from tsvision.measures.strands import Silhouette, outline
 
-
 FOUND_BACK_PX = 1.5  # from how far outside a match comes to the edge
 
 
