@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tsvision.images.strip import Axis
+from tsvision.measures.bundle import BundleFit
 from tsvision.measures.helix import Edges
 from tsvision.measures.looks import Looks
 from tsvision.measures.outline import Outlined, add_outline
@@ -19,7 +20,9 @@ MM_PER_PX = 0.03
 BUNDLE, KNOT = (7.0, 96.0), (16.0, 40.0)  # radius and period of the coils, px
 
 
-def looks(connector_px: float = float(LENGTH), connector_seen: bool = True) -> Looks:
+def looks(
+    connector_px: float = float(LENGTH), connector_seen: bool = True, by_distance: bool = False
+) -> Looks:
     axis = Axis(np.array([[0.0, 200.0], [LENGTH, 200.0]]), np.array([0.0, LENGTH]))
     fake: Any = SimpleNamespace(
         diameter_px=D,
@@ -28,7 +31,7 @@ def looks(connector_px: float = float(LENGTH), connector_seen: bool = True) -> L
         zone_px=float(LENGTH),
         ends=SimpleNamespace(connector_px=connector_px, connector_seen=connector_seen),
         scale=SimpleNamespace(mm_per_px=MM_PER_PX),
-        sight=SimpleNamespace(axis=axis),
+        sight=SimpleNamespace(axis=axis, by_distance=by_distance),
         strand_count=6,
     )
     return cast(Looks, fake)
@@ -123,3 +126,19 @@ def test_a_dip_of_the_coil_is_uneven_and_a_beat_of_the_lobes_is_not() -> None:
     true = float(np.std(D + 2.0 * radius) / np.mean(D + 2.0 * radius))
     assert seen(edges, looks()).row.unevenness == pytest.approx(true, rel=0.2)
     assert seen(beating(), looks()).row.unevenness < 0.02
+
+
+@pytest.mark.parametrize(("period", "coiled"), [(80.0, False), (96.0, True)])
+def test_a_strand_that_is_seen_less_well_is_no_coil(period: float, coiled: bool) -> None:
+    """Blue and yellow: the middle swings once a revolution of the strands, 80 px, with no coil."""
+    s = np.arange(float(LENGTH))
+    middle = 0.07 * D * np.cos(2.0 * np.pi * s / period)
+    ones = np.ones(s.size)
+    edges = Edges(s, middle + 0.5 * D, middle - 0.5 * D, ones, ones)
+    straight = SimpleNamespace(coiled=False, pitch_px=80.0, p=np.zeros(16))
+    row = FrameRow(frame=0, file="", turns=9.0, diameter_px=D, pitch_px=80.0)
+    near = cast(BundleFit, SimpleNamespace(fit=straight))
+    for by_distance in (True, False):
+        at = looks(by_distance=by_distance)
+        swing = add_outline(row, edges, at, near, None, float("nan")).row.coil_amplitude_px
+        assert (swing > 0.05 * D) == (coiled or not by_distance)

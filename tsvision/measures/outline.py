@@ -16,6 +16,7 @@ from tsvision.measures.looks import Looks
 from tsvision.records import FrameRow, KnotSighting, Profile
 
 NAN = float("nan")
+SAME_PERIOD = 0.05  # relative difference of two periods that are the same
 BEATING = 0.075  # unevenness that one view shows of an even coil's crests
 BEYOND = 0.1  # of D: how much farther than the outline a fitted coil may reach
 COILS = 0.05  # rms swing over D from which a bundle coils
@@ -54,6 +55,8 @@ def add_outline(
     lower = np.where(edges.lower_weight > 0.1, edges.lower_px - line, 0.0)
     diameter = row.diameter_px if np.isfinite(row.diameter_px) else looks.diameter_px
     swing, coil_period = middle_swing(upper, lower, diameter)
+    if looks.sight.by_distance and _is_of_strands(near, coil_period):
+        swing = 0.0
     period = _period(near, mid, coil_period, looks.diameter_px)
     sd = row.diameter_px_sd if np.isfinite(row.diameter_px_sd) else 0.05 * diameter
     coils = swing > COILS * diameter
@@ -89,6 +92,14 @@ def _told(knot: KnotSighting, looks: Looks) -> KnotSighting:
     if not np.isfinite(looks.scale.mm_per_px):
         return replace(knot, centre_mm=knot.centre_mm - looks.zero_px)
     return in_mm(knot, float(mm_along(looks, knot.centre_mm)), looks.scale.mm_per_px)
+
+
+def _is_of_strands(near: BundleFit | None, swing_period_px: float) -> bool:
+    """Whether the middle of the edges swings once a revolution of the strands of a straight bundle:
+    of strands of several colours some are seen less well, and the bundle itself does not swing."""
+    if near is None or near.fit.coiled:
+        return False
+    return abs(swing_period_px / near.fit.pitch_px - 1.0) < SAME_PERIOD
 
 
 def _coil_px(near: BundleFit | None, mid: BundleFit | None, coil_period_px: float) -> float:
