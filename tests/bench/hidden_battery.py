@@ -12,6 +12,7 @@ import os
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from typing import Any
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -22,6 +23,7 @@ from tests.hidden import planted
 
 PEERS = os.environ.get("HIDDEN_PEERS", "1") == "1"
 ONLY_X = ("displacement_mm",)
+ALL = ("displacement_mm", *planted.NOISE)
 
 
 def cases(scale: int, first: int) -> list[tuple[str, Any]]:
@@ -50,6 +52,8 @@ def cases(scale: int, first: int) -> list[tuple[str, Any]]:
     for _ in range(scale):
         for name in planted.LATER:
             jobs.append(("later", ("later", name, 0, next(seeds))))
+        for _ in range(12):
+            jobs.append(("hard null, all", ("null", "hard all", 0, next(seeds))))
     return jobs
 
 
@@ -66,11 +70,17 @@ def build(spec: tuple) -> planted.Case:
     if what == "onlyx":
         return planted.plain_case(name, seed, planted.Setting(observables=ONLY_X))
     if what == "pair":
-        return planted.pair_case(*name.split("+"), seed)
+        one, other = name.split("+")
+        return planted.pair_case(one, other, seed)
     hard = planted.Setting(
         correlation=0.6, offsets_mm=0.1, tolerance_times=2.0, tolerance_exact=True
     )
-    return planted.plant([], seed, hard if name == "hard" else planted.Setting(), "null")
+    settings = {
+        "clean": planted.Setting(),
+        "hard": hard,
+        "hard all": replace(hard, observables=ALL),
+    }
+    return planted.plant([], seed, settings[name], "null")
 
 
 def run(job: tuple[str, tuple]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from tsvision.diagnosis.problem import RUN_GAIN, USUAL_NOISE, Problem
 
 MISFIT_P = 1e-3  # structure in the residual that chance hardly makes
 RHO_GRID = np.arange(0.0, 0.91, 0.1)
+SHARES, SHARES_SERIES = 3, 7  # points by which what is likely of rho is averaged over
 MOST_NODES = 16
 DEGREE = 3
 OUTLIER = 5.0  # studentised residual
@@ -229,8 +230,10 @@ class _Saturated:
         everything = np.column_stack([design, extra])
         self.likely = _rho_likelihood(whiten, residual, everything)
         self.rho = float(self.likely @ RHO_GRID)
-        # p averaged over what is likely of rho, by three points of equal share.
-        points = [_quantile(self.likely, q) for q in (1 / 6, 1 / 2, 5 / 6)]
+        # p averaged over what is likely of rho, by points of equal share. A polynomial for every
+        # series leaves little to know rho by: its upper tail matters there.
+        many = SHARES_SERIES if "series" in blocks else SHARES
+        points = [_quantile(self.likely, (i + 0.5) / many) for i in range(many)]
         own = _range(design)
         found = [_tests(whiten, residual, own, blocks, rho) for rho in points]
         self.tests = {k: float(np.mean([tests[k] for tests, _ in found])) for k in blocks}
