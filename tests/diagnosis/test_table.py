@@ -186,6 +186,14 @@ def test_a_wide_table_is_read_as_one() -> None:
     np.testing.assert_allclose(table.at.load_N, 19.6133)
 
 
+def test_without_times_it_says_that_creep_is_out_of_the_question() -> None:
+    rows = case()
+    timeless = without(rows, "time_s")
+    for given, said in ((rows, False), (timeless, True)):
+        notes = table_from_rows(list(given[0]), given, RIG).notes
+        assert any("creep" in note for note in notes) == said
+
+
 def test_time_tells_the_branch_where_no_column_does() -> None:
     def read(times: list[float]) -> list[bool]:
         turns = [0.0, 5.0, 10.0, 15.0, 10.0, 5.0]

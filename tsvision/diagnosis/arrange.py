@@ -33,6 +33,8 @@ def arrange(rows: list[dict], notes: list[str], where: str, rig: Rig) -> Table:
     unknown = sum(map(math.isnan, loads))
     if 0 < unknown < len(rows):
         raise InputError(f"{where}: {unknown} rows have no load; fill 'load_N' or drop the column")
+    if all(math.isnan(row.get("time_s", NAN)) for row in rows):
+        notes.append("no times are known: creep is not considered, though it may look like stretch")
     runs = tuple(dict.fromkeys(row["run"] for row in rows))
     observables = tuple(name for name in OBSERVABLES if any(r["observable"] == name for r in rows))
     keys: dict[tuple, int] = {}
