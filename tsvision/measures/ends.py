@@ -37,6 +37,7 @@ LAG = 3  # px on either side of a step
 STRONG = 0.35  # of the strongest step beside the axis
 LEAST_STEP = 0.03  # square root of linear light
 NEAR_SHARE = 0.04  # of L: how far an end may lie from where the other one puts it
+LENGTH_SD = 0.0165  # of L, by the scale: a tilted axis is foreshortened by so much
 NAN = float("nan")
 
 
@@ -88,7 +89,7 @@ def _pair(plates: list[float], connectors: dict[float, float], zone: float) -> t
     last plate and the first of the clear connectors where none do or L is unknown."""
     near = NEAR_SHARE * zone
     apart = {
-        (p, c): clear * float(np.exp(-0.5 * (3.0 * (c - p - zone) / near) ** 2))
+        (p, c): clear * float(np.exp(-0.5 * ((c - p - zone) / (LENGTH_SD * zone)) ** 2))
         for p in plates
         for c, clear in connectors.items()
         if abs(c - p - zone) < near
