@@ -148,6 +148,26 @@ def knot_scores(all_measured: Iterable[Measured]) -> pd.DataFrame:
     return pd.DataFrame(result)
 
 
+def knots_by_recording(all_measured: Iterable[Measured]) -> pd.DataFrame:
+    """Recordings in which knots are told wrongly: hits, misses, false ones, and hits off by more
+    than 0.5 D."""
+    rows = []
+    for one in all_measured:
+        score = _hits(one, one.told.knots)
+        hit, errors = score["hit"], score["errors"]
+        rows.append(
+            {
+                "recording": one.case.name,
+                "hits": hit,
+                "missed": score["true"] - hit,  # type: ignore[operator]
+                "false": score["said"] - hit,  # type: ignore[operator]
+                "off by 0.5 D": int((errors > 0.5).sum()),  # type: ignore[operator,attr-defined]
+            }
+        )
+    table = pd.DataFrame(rows)
+    return table[table[["missed", "false", "off by 0.5 D"]].sum(axis=1) > 0]
+
+
 def _hits(one: Measured, knots: pd.DataFrame) -> dict[str, object]:
     """Matches within 1.5 D of a true knot, each used once, the nearest first."""
     said = {f: g["centre_mm"].to_numpy(float) for f, g in knots.groupby("frame")}
@@ -250,6 +270,7 @@ def main() -> None:
         there = np.isfinite(rows["truth"])
         bad = rows[(there & ~rows["within"]) | (~there & (rows["status"] == "observed"))]
         print(bad.drop(columns=["within"]).to_string(index=False))
+        print(show(knots_by_recording(measured)))
     if not options.no_peers:
         print(show(peer_table(measured)))
     print(f"{time.time() - began:.0f} s")
