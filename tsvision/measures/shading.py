@@ -23,8 +23,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
-from scipy.optimize import least_squares, nnls
+from scipy.ndimage import gaussian_filter1d, uniform_filter1d
+from scipy.optimize import OptimizeResult, least_squares, nnls
 
 TEMPLATE_START_PX = -14.0
 TEMPLATE_STEP_PX = 0.05
@@ -39,6 +39,7 @@ TIE_SD = 0.1  # how much a lamp may differ between the two limbs
 FLOOR = 0.003  # of a profile's span: what the model cannot describe at the limb, ...
 FLOOR_GROWTH = 20.0  # ... growing inwards, where neighbours shade and gleam
 BIN_PX = 0.25
+REWEIGHED, REWEIGHED_BINS = 2, 9  # times, over this stretch of a profile
 OUTSIDE_PX = 5.0
 FURTHEST_PX = 4.5  # outside the edge assumed
 RIVAL = 1.5  # times the best cost
@@ -180,18 +181,15 @@ def fit_shading(
     blur = float(np.clip(blur_start_px, 0.4, 5.5))
     # Where a lamp's light ends short of a limb that sends none, what is seen is the terminator:
     # the edge then lies far outside, and the fit has to be told to look there.
-    fits = [
-        least_squares(
-            system.residuals,
-            np.array([blur, *places]),
-            bounds=([0.35, -FURTHEST_PX, -FURTHEST_PX], [6.0, 2.5, 2.5]),
-            diff_step=1e-3,
-            x_scale=[0.2, 0.2, 0.2],
-            max_nfev=40,
-        )
+    starts = [
+        np.array([blur, *places])
         for places in ((0.0, 0.0), (-0.7 * rho_px, 0.0), (0.0, -0.7 * rho_px))
         if min(places) > -FURTHEST_PX
     ]
+    fits = [system.fit(start) for start in starts]
+    for _ in range(REWEIGHED):
+        system.reweigh(min(fits, key=lambda f: f.cost).x)
+        fits = [system.fit(f.x) for f in fits]
     fit = min(fits, key=lambda f: f.cost)
     light = system.solve(fit.x)[0]
     covariance = np.linalg.pinv(fit.jac.T @ fit.jac)
@@ -230,6 +228,7 @@ class _System:
             deep = np.maximum(p.t_px - 1.0, 0.0) / rho_px
             floor = FLOOR * np.ptp(p.value) * (1.0 + FLOOR_GROWTH * deep**2)
             self.sd.append(np.hypot(p.sd, np.maximum(floor, 1e-6)))
+        self.floor = tuple(self.sd)
         lamps = LAMPS_RAD.size
         self.unknowns = 1 + lamps + 2
         own = np.zeros((lamps, 2 * self.unknowns))
@@ -280,6 +279,30 @@ class _System:
         design = np.vstack([*blocks, self.prior])
         light, _ = nnls(design, self.target, maxiter=3000)
         return light, design @ light - self.target
+
+    def fit(self, start: np.ndarray) -> OptimizeResult:
+        """Blur and both places (3,), from a start."""
+        return least_squares(
+            self.residuals,
+            start,
+            bounds=([0.35, -FURTHEST_PX, -FURTHEST_PX], [6.0, 2.5, 2.5]),
+            diff_step=1e-3,
+            x_scale=[0.2, 0.2, 0.2],
+            max_nfev=40,
+        )
+
+    def reweigh(self, q: np.ndarray) -> None:
+        """Count each stretch of the profiles by how well the model describes it about there: bins
+        side by side are off together (gleam, strands in front, few sub-pixel phases)."""
+        off = self.residuals(q)
+        first = 0
+        for i, p in enumerate(self.profiles):
+            part = slice(first, first + p.t_px.size)
+            square = uniform_filter1d((off[part] * self.sd[i]) ** 2, REWEIGHED_BINS, mode="nearest")
+            sd = np.maximum(self.floor[i], np.sqrt(square))
+            self.target[part] *= self.sd[i] / sd
+            self.sd[i] = sd
+            first += p.t_px.size
 
     def residuals(self, q: np.ndarray) -> np.ndarray:
         return self.solve(q)[1]
