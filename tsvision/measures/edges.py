@@ -132,7 +132,7 @@ def match_edges(
     edge, depth, residual = (np.empty(columns) for _ in range(3))
     outside = 2.5 * shading.blur_px + 1.5
     # Further in, gleam and the strands in front differ from column to column.
-    inside = min(0.8 * shading.rho_px, 2.5 * shading.blur_px + 0.5)
+    inside = min(0.8 * shading.rho_px, 2.0 * shading.blur_px + 0.5)
     inside = max(inside, 1.5 * shading.blur_px + 1.0)
     cosine = 1.0 / np.sqrt(1.0 + np.clip(slope, -1.5, 1.5) ** 2)
     _match(

@@ -137,6 +137,7 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         shading, diameter, steady = _settle(cuts, section, shading, diameter, sight.sense)
     if not np.array_equal(sight.weights, LUMA_BGR) or sight.by_distance:
         shading = (_in_colour(shading[0]), _in_colour(shading[1]))
+        steady = True  # half the resolution and its blocks outdo what frames differ by
     zero, known = _separator_face(ends, zone_px, cuts)
     face, gap = None, None
     if view.axis_px:
