@@ -45,7 +45,8 @@ def test_frames_count_as_alike_within_what_a_blur_is_read_to() -> None:
 
 def test_a_smeared_frame_is_as_thick_as_the_sharp_ones() -> None:
     """Every second picture smeared over 6 px across the axis: read as sharp as the others, those
-    came out 2.2 px thick."""
+    came out 2.2 px thick. Now 0.4 px thin, for a smear is no Gaussian, and their uncertainty says
+    so."""
     film = [
         picture(
             diameter_px=DIAMETER_PX, dark_on_bright=False, light_deg=50.0, tilt_deg=1.0,
@@ -61,8 +62,9 @@ def test_a_smeared_frame_is_as_thick_as_the_sharp_ones() -> None:
     assert measurer.looks is not None and not measurer.looks.steady
     sharp, smeared = (np.array([r.diameter_px for r in rows[k::2]]) for k in (0, 1))
     assert rows[1].blur_px > 1.3 * rows[0].blur_px
-    assert smeared == pytest.approx(sharp.mean(), abs=0.35)
+    assert smeared == pytest.approx(sharp.mean(), abs=0.45)
+    assert abs(smeared - sharp.mean()).max() < 1.96 * min(r.diameter_px_sd for r in rows[1::2])
 
     measurer.looks = replace(measurer.looks, steady=True)
     taken_for_sharp = measurer.measure(Frame(1, "1.png", film[1])).row.diameter_px
-    assert abs(taken_for_sharp - sharp.mean()) > 2.0 * abs(smeared - sharp.mean()).max()
+    assert abs(taken_for_sharp - sharp.mean()) > 4.0 * abs(smeared - sharp.mean()).max()

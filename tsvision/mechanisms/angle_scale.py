@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, easing, varying
+from tsvision.mechanisms.shelf import (
+    SHOW_ROTATION,
+    Mechanism,
+    Parameter,
+    Shape,
+    State,
+    Values,
+    easing,
+    varying,
+)
 
 
 def _proportional(state: State, p: Values) -> dict[str, np.ndarray]:
@@ -41,14 +50,7 @@ MECHANISM = Mechanism(
     name="angle_scale",
     title="Slip or gear ratio",
     claim="the bundle gets only a share of the motor's rotation (slip), or the gear ratio is off",
-    touches=(
-        "displacement_mm",
-        "helix_angle_deg",
-        "twist_turns",
-        "torque_Nmm",
-        "pitch_mm",
-        "turns_seen",
-    ),
+    touches=SHOW_ROTATION,
     source="slip of the connector and gear ratio; D is left as it is",
     shapes=(
         _MAIN,

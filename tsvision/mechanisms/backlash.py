@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, varying
+from tsvision.mechanisms.shelf import (
+    SHOW_ROTATION,
+    Mechanism,
+    Parameter,
+    Shape,
+    State,
+    Values,
+    varying,
+)
 from tsvision.units import RAD_PER_TURN
 
 _PLAY = Parameter(
@@ -61,14 +69,7 @@ MECHANISM = Mechanism(
     name="backlash",
     title="Backlash",
     claim="when the motor reverses, the bundle follows late: unwinding lies above winding",
-    touches=(
-        "displacement_mm",
-        "helix_angle_deg",
-        "twist_turns",
-        "torque_Nmm",
-        "pitch_mm",
-        "turns_seen",
-    ),
+    touches=SHOW_ROTATION,
     source="play of gears and coupling, friction between the strands",
     shapes=(
         _MAIN,

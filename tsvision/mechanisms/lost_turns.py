@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, varying
+from tsvision.mechanisms.shelf import (
+    SHOW_ROTATION,
+    Mechanism,
+    Parameter,
+    Shape,
+    State,
+    Values,
+    varying,
+)
 from tsvision.units import RAD_PER_TURN
 
 _LOST = Parameter(
@@ -57,14 +65,7 @@ MECHANISM = Mechanism(
     name="lost_turns",
     title="Lost turns",
     claim="the first turns are lost: slack, a dead zone or play lays no strand near zero turns",
-    touches=(
-        "displacement_mm",
-        "helix_angle_deg",
-        "twist_turns",
-        "torque_Nmm",
-        "pitch_mm",
-        "turns_seen",
-    ),
+    touches=SHOW_ROTATION,
     source="slack strings and coupling play; flat near zero, then a constant shift in turns",
     shapes=(
         _MAIN,

@@ -25,6 +25,15 @@ OBSERVABLES: dict[str, str] = {
     "turns_seen": "turns",
     "torque_Nmm": "N mm",
 }
+# What shows how far the bundle was turned.
+SHOW_ROTATION = (
+    "displacement_mm",
+    "helix_angle_deg",
+    "twist_turns",
+    "torque_Nmm",
+    "pitch_mm",
+    "turns_seen",
+)
 
 
 @dataclass(frozen=True)
