@@ -12,6 +12,9 @@ from tsvision.diagnosis.problem import Problem, bounds, parameters
 from tsvision.mechanisms import MECHANISMS, Shape, Simulation
 
 PRIOR_LOG_ODDS = {"variable_radius": -1.0}  # the paper refutes it for the overtwist phase
+# All of these say how r goes with the turns: together they are likelier one form that fits badly.
+KIN = {"radius_bias", "radius_step", "variable_radius"}
+KIN_LOG_ODDS = -3.0
 
 
 @dataclass(frozen=True)
@@ -99,7 +102,14 @@ def pool(problem: Problem, names: tuple[str, ...], fits: list[Fit]) -> Candidate
     for name in names:
         odds = np.array([shape.log_odds for shape in usable_shapes(problem, name)])
         pooled += PRIOR_LOG_ODDS.get(name, 0.0) - float(np.log(np.sum(np.exp(odds))))
+    if are_kin(names):
+        pooled += KIN_LOG_ODDS
     return Candidate(names, pooled, fits[0], tuple(fits))
+
+
+def are_kin(names: tuple[str, ...]) -> bool:
+    """Whether two of a set say how the radius goes with the turns."""
+    return len(KIN & set(names)) > 1
 
 
 def weighed(fitted: Fit) -> float:

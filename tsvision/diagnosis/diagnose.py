@@ -44,7 +44,7 @@ def diagnose(table: Table, base: str = "constant_radius") -> Verdict:
     problem = prepare(table, base)
     check_units(problem)
     before = lack_of_fit(problem, fit(problem, Simulation(base=base)))
-    problem = _with_noise_prior(problem, before)
+    problem = with_noise_prior(problem, before)
     selection = select(problem)
     best = selection.chosen.best if selection.chosen else selection.base
     after = lack_of_fit(problem, best) if selection.chosen else before
@@ -60,7 +60,7 @@ def diagnose(table: Table, base: str = "constant_radius") -> Verdict:
     )
 
 
-def _with_noise_prior(problem: Problem, before: LackOfFit) -> Problem:
+def with_noise_prior(problem: Problem, before: LackOfFit) -> Problem:
     """The AR(1) coefficient as the saturated model sees it, as every model's prior."""
     if not before.tested:  # too few rows to know of any: none is assumed
         return replace(problem, rho_sd=np.full(len(problem.rho_sd), 0.01))

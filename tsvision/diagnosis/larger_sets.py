@@ -32,6 +32,8 @@ BY_TOTAL = 2 / 3  # of them by the evidence expected in all, the others by the g
 FRESH = 3  # mechanisms whose pairs are also tried from fresh starts
 ALWAYS = ("radius_bias", "coiling")
 DEEPENED = 7
+TRAPPED = 10.0  # log evidence by which a larger set may stand behind the smaller one in it
+NEXT_TO_NOTHING = 0.03  # of the size that is expected
 
 
 def fresh_pairs(problem: Problem, singles: list[Candidate]) -> list[Fit]:
@@ -176,8 +178,16 @@ def _screen(problem: Problem, first: Fit) -> list[tuple[float, Fit, Part, np.nda
             gain += 0.5 * (before[-1] - after[:, -1])
             gain -= 0.5 * len(shape.parameters)
             best = int(np.argmax(gain))
-            found.append((float(gain[best]), first, part, starts[best] * 1.0))
+            start = _sized(shape, starts[best], float(share[best]))
+            found.append((float(gain[best]), first, part, start))
     return found
+
+
+def _sized(shape: Shape, start: np.ndarray, share: float) -> np.ndarray:
+    """A start (P,) with the sizes that the linear step expects: many times too large a start is
+    trapped where the rest has bent to it."""
+    sizes = np.array([p.null == 0.0 for p in shape.parameters])
+    return np.where(sizes, share * start, start)
 
 
 def start_grid(shape: Shape) -> np.ndarray:
@@ -200,8 +210,19 @@ def change_by(problem: Problem, first: Fit, part: Part, starts: np.ndarray) -> n
 
 
 def _refine(problem: Problem, first: Fit, part: Part, start: np.ndarray) -> Fit:
+    """`first` with one more part, from `start` (P,); from next to nothing of it where the fit ends
+    worse than without the part, trapped while the others made room."""
     together = replace(first.simulation, parts=(*first.simulation.parts, part))
-    limits = [bounds(p) for _, p in parameters(together)]
-    u = np.clip(np.concatenate([first.u, start]), *np.array(limits).T)
-    theta = np.concatenate([first.z, u, first.offsets])
-    return fit(problem, together, theta, noise=(first.sigma, first.rho))
+    found = fit(problem, together, _joined(first, together, start), noise=(first.sigma, first.rho))
+    if weighed(found) > weighed(first) - TRAPPED:
+        return found
+    start = _sized(part.shape, start, NEXT_TO_NOTHING)
+    again = fit(problem, together, _joined(first, together, start), noise=(first.sigma, first.rho))
+    return max(found, again, key=weighed)
+
+
+def _joined(first: Fit, together: Simulation, start: np.ndarray) -> np.ndarray:
+    """The whole vector: the smaller fit's, with `start` for the part that was added last."""
+    limits = np.array([bounds(p) for _, p in parameters(together)])
+    u = np.clip(np.concatenate([first.u, start]), *limits.T)
+    return np.concatenate([first.z, u, first.offsets])

@@ -10,6 +10,7 @@ from tsvision.diagnosis.candidates import (
     Candidate,
     Selection,
     again,
+    are_kin,
     merged,
     pool,
     usable_shapes,
@@ -30,8 +31,7 @@ TRIPLES_REFINED = 6
 HOPELESS = 20.0  # log evidence behind the best, beyond half the best's gain
 SECOND_ALARM = 4.0  # log evidence that a further cause must gain …
 SECOND_SHARE = 0.012  # … and at least this share of what the first gained, …
-KIN_SHARE = 0.05  # … or this, where both say how r goes with the turns: one form that fits badly
-KIN = {"radius_bias", "radius_step", "variable_radius"}
+KIN_SHARE = 0.05  # … or this, where both say how r goes with the turns
 LEAST_SHARE = 0.01  # of the base's misfit that a further cause must account for, or …
 LEAST_SIZE = 0.7  # … of a reading's usual noise
 
@@ -53,6 +53,8 @@ def select(problem: Problem, hints: Selection | None = None) -> Selection:
             candidates = merged(problem, candidates, fresh_pairs(problem, singles))
     chosen = _choose(problem, base, candidates)
     if chosen is not None and len(chosen.names) == 2:
+        if hints is None:
+            candidates = merged(problem, candidates, other_shapes(problem, chosen.best))
         pairs = sorted((c for c in candidates if len(c.names) == 2), key=lambda c: -c.log_evidence)
         candidates += extended(problem, pairs[:PAIRS_EXTENDED], hints, TRIPLES_REFINED)
         chosen = _choose(problem, base, candidates)
@@ -131,7 +133,7 @@ def _choose(problem: Problem, base: Fit, candidates: list[Candidate]) -> Candida
 
 def _further_share(names: tuple[str, ...]) -> float:
     """What a further cause must gain, as a share of the first's gain."""
-    return KIN_SHARE if len(KIN & set(names)) > 1 else SECOND_SHARE
+    return KIN_SHARE if are_kin(names) else SECOND_SHARE
 
 
 def _is_trifle(problem: Problem, smaller: Fit, larger: Fit) -> bool:
