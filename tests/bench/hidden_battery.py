@@ -54,6 +54,9 @@ def cases(scale: int, first: int) -> list[tuple[str, Any]]:
             jobs.append(("later", ("later", name, 0, next(seeds))))
         for _ in range(12):
             jobs.append(("hard null, all", ("null", "hard all", 0, next(seeds))))
+    for _ in range(12 * scale):
+        jobs.append(("clean null, x", ("null", "clean x", 0, next(seeds))))
+        jobs.append(("hard null, x", ("null", "hard x", 0, next(seeds))))
     return jobs
 
 
@@ -79,6 +82,8 @@ def build(spec: tuple) -> planted.Case:
         "clean": planted.Setting(),
         "hard": hard,
         "hard all": replace(hard, observables=ALL),
+        "clean x": planted.Setting(observables=ONLY_X),
+        "hard x": replace(hard, observables=ONLY_X),
     }
     return planted.plant([], seed, settings[name], "null")
 
@@ -110,6 +115,7 @@ def run(job: tuple[str, tuple]) -> dict[str, Any]:
         "gain": verdict.evidence[0]["log_evidence_gain"] if verdict.evidence else 0.0,
         "evidence": [(e["causes"], e["log_evidence_gain"]) for e in verdict.evidence[:12]],
         "p": verdict.residual["lack_of_fit_p"],
+        "rho": list(verdict.data["autocorrelation"].values()),
         "partly": verdict.residual.get("partly"),
         "seconds": seconds,
         "peers": ask_peers(table, noise) if PEERS else {},

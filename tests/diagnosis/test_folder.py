@@ -128,6 +128,9 @@ def test_turns_seen_tell_of_a_coiled_bundle_until_it_knots(tmp_path: Path) -> No
 def test_turns_counted_between_the_wrong_ends_are_left_out(tmp_path: Path) -> None:
     table = table_from_folders([coiled(tmp_path, reached=1.0, counted=0.55)], Rig())
     assert "turns_seen" not in table.observables
+    assert any("was the connector found" in note for note in table.notes)
+    right = table_from_folders([coiled(tmp_path / "right", reached=1.0)], Rig())
+    assert not any("connector" in note for note in right.notes)
 
 
 def test_a_pitch_misread_alike_at_equal_turns_is_no_discrepancy(tmp_path: Path) -> None:

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from tsvision.diagnosis.candidates import Candidate, Selection
+import itertools
+
+from tsvision.diagnosis.candidates import Candidate, Selection, sorted_names
 from tsvision.diagnosis.select import CLASS_WIDTH
-from tsvision.mechanisms import MECHANISMS
 
 TEMPER = 0.03  # share of the gain by which the class widens when even the best does not fit well
 MOST_TEMPER = 5.0
+ONE_RADIUS = ("radius_bias", "angle_scale", "camera_scale")  # α r, and the D that was stated for it
+TELL_RADIUS = {  # what depends on r, α or the camera otherwise than through α r
+    "diameter_mm",
+    "hole_distance_mm",
+    "twist_turns",
+    "pitch_mm",
+    "turns_seen",
+    "torque_Nmm",
+}
 
 
 def equivalent_sets(
@@ -38,17 +48,22 @@ def equivalent_sets(
 
 
 def exact_twins(sets: list[tuple[str, ...]], observables: tuple[str, ...]) -> list[tuple[str, ...]]:
-    """From displacement alone radius, gear and camera scale (through the stated D) are one:
-    x depends on α r only, and D may have been read from a picture."""
-    if observables != ("displacement_mm",):
-        return []
-    order = list(MECHANISMS)
-    twins = []
+    """Sets that no reading of these observables can tell from those given.
+
+    Displacement and helix angle depend on α r only, and the stated D may have been read from a
+    picture: radius, gear and camera scale are one. Where D is read too, any two of the three make
+    up for each other.
+    """
+    telling = TELL_RADIUS & set(observables)
+    twins: list[tuple[str, ...]] = []
     for names in sets:
-        for name in names:
-            if name == "radius_bias":
-                for other in MECHANISMS[name].like_exactly:
-                    if other not in names:
-                        swapped = [other if n == name else n for n in names]
-                        twins.append(tuple(sorted(swapped, key=order.index)))
+        ones = [name for name in names if name in ONE_RADIUS]
+        if not telling and ones == ["radius_bias"]:
+            others: list[tuple[str, ...]] = [(other,) for other in ONE_RADIUS[1:]]
+        elif telling == {"diameter_mm"} and len(ones) == 2:
+            others = list(itertools.combinations(ONE_RADIUS, 2))
+        else:
+            continue
+        rest = [name for name in names if name not in ones]
+        twins += [sorted_names([*other, *rest]) for other in others]
     return twins

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from tsvision.diagnosis.candidates import Selection, weighed
+from tsvision.diagnosis.confounding import ONE_RADIUS, TELL_RADIUS
 from tsvision.diagnosis.fit import Fit, posterior
 from tsvision.diagnosis.gain import Gain
 from tsvision.diagnosis.lack_of_fit import MISFIT_P, PLACES, LackOfFit
@@ -157,16 +158,22 @@ def _hint(after: LackOfFit) -> str:
 def exact_equivalences(
     sets: list[tuple[str, ...]], observables: tuple[str, ...]
 ) -> tuple[dict, ...]:
-    """Mechanisms that no displacement can part, and why."""
-    if observables != ("displacement_mm",) or not any("radius_bias" in s for s in sets):
+    """Mechanisms that no reading of these observables can part, and why."""
+    telling = TELL_RADIUS & set(observables)
+    ones = max((sum(name in ONE_RADIUS for name in names) for names in sets), default=0)
+    if not telling and any("radius_bias" in names for names in sets):
+        why = (
+            "displacement and helix angle depend on α r alone, and the stated diameter may come "
+            "from a picture; measure the diameter or the strands' turns to part them"
+        )
+    elif telling == {"diameter_mm"} and ones == 2:
+        why = (
+            "displacement, helix angle and diameter tell two numbers, α r and r times the camera's "
+            "scale: any two of these make up for each other; count the strands' turns to part them"
+        )
+    else:
         return ()
-    return (
-        {
-            "mechanisms": ["radius_bias", "angle_scale", "camera_scale"],
-            "why": "displacement depends on α r alone, and the stated diameter may come from a "
-            "picture; measure the diameter or the strands' turns to part them",
-        },
-    )
+    return ({"mechanisms": list(ONE_RADIUS), "why": why},)
 
 
 def data_of(problem: Problem, best: Fit, counted: np.ndarray) -> dict[str, Any]:

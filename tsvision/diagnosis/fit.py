@@ -10,26 +10,24 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr
 
+from tsvision.diagnosis.evidence import log_evidence_of
 from tsvision.diagnosis.layout import Layout
+from tsvision.diagnosis.linearised import bounded_step, leverage_of, rows_and_jacobian, steps
 from tsvision.diagnosis.noise import (
     Noise,
     first_noise,
     minus_log_likelihood,
     new_rho,
     new_sigma,
-    noise_cost,
     weights_of,
 )
 from tsvision.diagnosis.problem import Problem, bounds, parameters, to_value
 from tsvision.mechanisms.shelf import Simulation
 
-STEP = 1e-5
 MOST_STARTS = 40
 SCOUTS = 3
 SCOUTING_STEPS = 5
-MISLED = 0.1  # how often what the pictures of a run showed is wrong, or not there to be seen
 SETTLED = 5e-3  # of the log posterior, of the noise's log scale and correlation
 
 
@@ -85,25 +83,6 @@ def fit(
     return _descend(problem, simulation, layout, theta, best.sigma, best.rho, most_steps)
 
 
-def _rows_and_jacobian(
-    problem: Problem, simulation: Simulation, layout: Layout, theta: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Predictions (S, n) and their derivatives (S, n, P) for parameter sets theta (S, P)."""
-    many, moved = len(theta), layout.moved
-    sign = np.where(theta[:, :moved] + STEP > layout.high[:moved], -STEP, STEP)
-    block = np.repeat(theta[:, None, :moved], moved + 1, axis=1)
-    index = np.arange(moved)
-    block[:, index + 1, index] += sign
-    flat = block.reshape(-1, moved)
-    rows = problem.predict(simulation, flat[:, layout.nz :], flat[:, : layout.nz])
-    rows = rows.reshape(many, moved + 1, -1)
-    slope = (rows[:, 1:] - rows[:, :1]) / sign[:, :, None]
-    jacobian = np.empty((many, rows.shape[2], layout.total))
-    jacobian[:, :, :moved] = np.swapaxes(slope, 1, 2)
-    jacobian[:, :, moved:] = problem.offsets
-    return rows[:, 0] + theta[:, moved:] @ problem.offsets.T, jacobian
-
-
 def _best_starts(
     problem: Problem,
     simulation: Simulation,
@@ -118,11 +97,11 @@ def _best_starts(
     thetas = layout.clip(_starts(layout))
     for _ in range(2):
         noise = Noise(problem, sigma, rho)
-        rows, jacobian = _rows_and_jacobian(problem, simulation, layout, thetas)
+        rows, jacobian = rows_and_jacobian(problem, simulation, layout, thetas)
         innovation = noise.whiten(problem.table.value - rows)
         weight = weights_of(innovation, problem.tail)
         white = noise.whiten(jacobian)
-        step = _steps(layout, thetas, innovation, white, weight, 1e-3)
+        step = steps(layout, thetas, innovation, white, weight, 1e-3)
         moved = layout.clip(thetas + step)
         rows = problem.predict(simulation, *_split(layout, moved))
         rows = rows + moved[:, layout.moved :] @ problem.offsets.T
@@ -159,23 +138,6 @@ def _starts(layout: Layout) -> np.ndarray:
     return grid[:: max(1, -(-len(grid) // MOST_STARTS))]
 
 
-def _steps(
-    layout: Layout,
-    theta: np.ndarray,
-    innovation: np.ndarray,
-    white: np.ndarray,
-    weight: np.ndarray,
-    damping: float,
-) -> np.ndarray:
-    """Damped Gauss-Newton steps for many parameter sets (S, P)."""
-    heavy = white * weight[..., None]
-    normal = np.swapaxes(heavy, 1, 2) @ white
-    slope = np.einsum("snp,sn->sp", heavy, innovation) - layout.ridge * (theta - layout.centre)
-    index = np.arange(layout.total)
-    normal[:, index, index] = normal[:, index, index] * (1.0 + damping) + layout.ridge
-    return np.linalg.solve(normal, slope[..., None])[..., 0]
-
-
 def _descend(
     problem: Problem,
     simulation: Simulation,
@@ -188,7 +150,7 @@ def _descend(
     value = problem.table.value
     damping = 1e-3
     noise = Noise(problem, sigma, rho)
-    rows, jacobian = _rows_and_jacobian(problem, simulation, layout, theta[None])
+    rows, jacobian = rows_and_jacobian(problem, simulation, layout, theta[None])
     innovation = noise.whiten(value - rows[0])
     still = np.zeros(layout.total, dtype=bool)
     for _ in range(most_steps):
@@ -197,9 +159,9 @@ def _descend(
         heavy = white * weight[:, None]
         normal = heavy.T @ white
         cost = minus_log_likelihood(innovation, noise) + layout.penalty(theta)
-        step = _bounded_step(layout, theta, innovation, heavy, normal, damping, still)
+        step = bounded_step(layout, theta, innovation, heavy, normal, damping, still)
         trial = layout.clip(theta + step)
-        new_rows, new_jacobian = _rows_and_jacobian(problem, simulation, layout, trial[None])
+        new_rows, new_jacobian = rows_and_jacobian(problem, simulation, layout, trial[None])
         new_innovation = noise.whiten(value - new_rows[0])
         gain = cost - minus_log_likelihood(new_innovation, noise) - layout.penalty(trial)
         if np.isfinite(gain) and gain >= 0:
@@ -212,7 +174,7 @@ def _descend(
             damping *= 1.0 if still.any() else 8.0
             gain = 1.0 if damping < 1e6 else 0.0
         # The leverage changes little in a step: the old linearisation serves for the noise.
-        leverage, _ = _leverage(layout, white, heavy, normal)
+        leverage, _ = leverage_of(layout, white, heavy, normal)
         old = sigma, rho
         weight = weights_of(innovation, problem.tail)
         sigma = new_sigma(problem, sigma, innovation, weight, leverage)
@@ -223,41 +185,6 @@ def _descend(
         if gain < SETTLED and change < SETTLED:
             break
     return _finish(problem, simulation, layout, theta, rows[0], jacobian, sigma, rho)
-
-
-def _bounded_step(
-    layout: Layout,
-    theta: np.ndarray,
-    innovation: np.ndarray,
-    heavy: np.ndarray,
-    normal: np.ndarray,
-    damping: float,
-    still: np.ndarray,
-) -> np.ndarray:
-    """A step that holds `still` parameters, and those that would leave their bounds."""
-    slope = heavy.T @ innovation - layout.ridge * (theta - layout.centre)
-    index = np.arange(layout.total)
-    damped = normal.copy()
-    damped[index, index] = damped[index, index] * (1.0 + damping) + layout.ridge
-    held = ((theta <= layout.low) & (slope < 0)) | ((theta >= layout.high) & (slope > 0))
-    held = held | still
-    if not held.any():
-        return np.linalg.solve(damped, slope)
-    free = np.flatnonzero(~held)
-    step = np.zeros(layout.total)
-    step[free] = np.linalg.solve(damped[np.ix_(free, free)], slope[free])
-    return step
-
-
-def _leverage(
-    layout: Layout, white: np.ndarray, heavy: np.ndarray, normal: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Share of each row's information that the parameters took (n,), and the covariance."""
-    index = np.arange(layout.total)
-    precision = normal.copy()
-    precision[index, index] += layout.ridge
-    covariance = np.linalg.inv(precision)
-    return np.sum((heavy @ covariance) * white, axis=1), covariance
 
 
 def _finish(
@@ -275,16 +202,7 @@ def _finish(
     weight = weights_of(innovation, problem.tail)
     white = noise.whiten(jacobian)[0]
     heavy = white * weight[:, None]
-    leverage, covariance = _leverage(layout, white, heavy, heavy.T @ white)
-    log_evidence = (
-        -float(minus_log_likelihood(innovation, noise))
-        - _prior_cost(layout, theta)
-        + layout.log_prior
-        + 0.5 * float(np.linalg.slogdet(covariance)[1])
-        + _inside(layout, theta, covariance)
-        + _seen(problem, layout, theta)
-        - noise_cost(problem, sigma, rho)
-    )
+    leverage, covariance = leverage_of(layout, white, heavy, heavy.T @ white)
     return Fit(
         simulation=simulation,
         u=theta[layout.nz : layout.moved],
@@ -297,44 +215,9 @@ def _finish(
         innovation=innovation,
         weight=weight,
         jacobian=jacobian[0],
-        log_evidence=log_evidence,
+        log_evidence=log_evidence_of(problem, layout, theta, covariance, innovation, noise),
         dof=float(problem.table.rows - leverage.sum()),
     )
-
-
-def _prior_cost(layout: Layout, theta: np.ndarray) -> float:
-    """The penalty of the Gaussian priors alone: the ridge on uniform ones is none of the prior."""
-    gaussian = np.ones(layout.total, dtype=bool)
-    gaussian[layout.nz : layout.moved] = layout.curved
-    return 0.5 * float(np.sum(theta[gaussian] ** 2))
-
-
-def _inside(layout: Layout, theta: np.ndarray, covariance: np.ndarray) -> float:
-    """Log share of the posterior's Gaussian that lies within the bounds."""
-    own = slice(layout.nz, layout.moved)
-    sd = np.sqrt(np.diag(covariance)[own])
-    inside = ndtr((layout.high[own] - theta[own]) / sd) - ndtr((layout.low[own] - theta[own]) / sd)
-    return float(np.sum(np.log(np.maximum(inside, 1e-12))))
-
-
-def _seen(problem: Problem, layout: Layout, theta: np.ndarray) -> float:
-    """Log odds of what pictures showed, given the onsets at `theta`, against not having looked."""
-    odds = 0.0
-    for i, (key, p) in enumerate(layout.keys, start=layout.nz):
-        mechanism, _, name = key.partition(".")
-        if name != "onset_turns":
-            continue
-        onset = float(to_value(p, theta[i], problem.reference))
-        for sight in problem.table.sightings:
-            if sight.mechanism != mechanism:
-                continue
-            ratio = 0.0
-            if sight.observed:
-                width = max(sight.high - sight.low, 0.1 * problem.reference.span_turns)
-                away = max(sight.low - onset, onset - sight.high, 0.0) / (0.25 * width)
-                ratio = problem.reference.span_turns / width * float(np.exp(-0.5 * away**2))
-            odds += float(np.log(MISLED + (1.0 - MISLED) * ratio))
-    return odds
 
 
 def posterior(problem: Problem, fitted: Fit) -> dict[str, tuple[float, float, float]]:

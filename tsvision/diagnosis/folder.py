@@ -63,8 +63,9 @@ CONSTANTS = {
 def table_from_folders(folders: Sequence[Path], rig: Rig) -> Table:
     """The table of one or more measured folders; InputError where a folder holds none."""
     rows: list[dict] = []
+    notes: list[str] = []
     for folder in folders:
-        rows += _rows(folder, rig, _run_name(folder, folders))
+        rows += _rows(folder, rig, _run_name(folder, folders), notes)
     if not rows:
         raise InputError(
             f"'{folders[0]}': no frame has turns and a displacement, diameter or angle; "
@@ -96,6 +97,7 @@ def table_from_folders(folders: Sequence[Path], rig: Rig) -> Table:
         run_gain_sd=run_gains,
         sightings=tuple(s for folder in folders for s in _sightings(folder)),
         gain_sd={**table.gain_sd, **gains},
+        notes=(*notes, *table.notes),
         camera_sd=table.camera_sd if math.isnan(scale) else max(scale, 1e-4),
     )
 
@@ -128,7 +130,8 @@ def _run_name(folder: Path, folders: Sequence[Path]) -> str:
     return folder.name if len(same) == 1 else str(folder)
 
 
-def _rows(folder: Path, rig: Rig, run: str) -> list[dict]:
+def _rows(folder: Path, rig: Rig, run: str, notes: list[str]) -> list[dict]:
+    """The observations of one folder; what is doubtful about it is added to `notes`."""
     frames, summary = _read(folder)
     constants = _constants(summary.get("rig") or {}, rig)
     zone_mm = constants["twisting_zone_mm"]
@@ -137,7 +140,13 @@ def _rows(folder: Path, rig: Rig, run: str) -> list[dict]:
     most = max((t for t in turned if not math.isnan(t)), default=NAN)
     coiled = _coiled_from(frames, turned)
     rows = []
-    counts = _zone_is_seen(frames, turned, coiled, zone_mm)
+    zone_seen_mm = _zone_seen_mm(frames, turned, coiled)
+    counts = abs(zone_seen_mm - zone_mm) < ZONE_SHARE * zone_mm  # between the right ends
+    if not counts and not math.isnan(zone_seen_mm):
+        notes.append(
+            f"{run}: turns and pitch of the straight bundle make up a zone of {zone_seen_mm:.1f} "
+            f"mm, stated are {zone_mm:.1f}: was the connector found, is L right? turns are not read"
+        )
     # One reading of S a recording, which tells nothing of turns: it stands in their midst.
     gap_at = _middle_of([i for i, f in enumerate(frames) if _gap(f, constants)], turned)
     for i, (frame, turns) in enumerate(zip(frames, turned, strict=True)):
@@ -166,15 +175,14 @@ def _rows(folder: Path, rig: Rig, run: str) -> list[dict]:
     return rows
 
 
-def _zone_is_seen(frames: list[dict], turned: list[float], coiled: float, zone_mm: float) -> bool:
-    """Whether the straight bundle's turns and pitch make up a zone of about L: then the turns seen
-    were counted between the right ends."""
+def _zone_seen_mm(frames: list[dict], turned: list[float], coiled: float) -> float:
+    """The zone that turns and pitch of the straight bundle make up; NaN where none is read."""
     made_up = []
     for frame, turns in zip(frames, turned, strict=True):
         seen, pitch, apex = (_number(frame.get(k)) for k in ("turns_seen", "pitch_mm", "apex_mm"))
         if FEWEST_TURNS < turns < coiled and not math.isnan(seen + pitch + apex):
             made_up.append(apex + (seen - 0.25) * pitch)
-    return bool(made_up) and abs(float(np.median(made_up)) - zone_mm) < ZONE_SHARE * zone_mm
+    return float(np.median(made_up)) if made_up else NAN
 
 
 def _seen_coiled(frame: dict, flags: set[str]) -> list[dict]:

@@ -22,7 +22,8 @@ from tsvision.diagnosis.candidates import (
     usable_shapes,
     weighed,
 )
-from tsvision.diagnosis.fit import Fit, Noise, fit
+from tsvision.diagnosis.fit import Fit, fit
+from tsvision.diagnosis.noise import Noise
 from tsvision.diagnosis.problem import Problem, bounds, parameters
 from tsvision.mechanisms import MECHANISMS, Shape, Simulation
 from tsvision.mechanisms.shelf import Part

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsvision.diagnosis.arrange import GAIN_SD
-from tsvision.diagnosis.fit import STEP, Fit
+from tsvision.diagnosis.fit import Fit
+from tsvision.diagnosis.linearised import STEP
 from tsvision.diagnosis.problem import USUAL_NOISE, Problem
 from tsvision.mechanisms.shelf import OBSERVABLES, Conditions
 

@@ -19,6 +19,7 @@ class Noise:
 
     def __init__(self, problem: Problem, sigma: np.ndarray, rho: np.ndarray) -> None:
         table = problem.table
+        self.sigma, self.rho = sigma, rho
         self.first = table.before < 0
         self.before = np.where(self.first, 0, table.before)
         self.back = np.where(self.first, 0.0, rho[table.observable])

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -73,6 +74,21 @@ class Problem:
     def nuisances(self) -> int:
         return len(self.columns)
 
+    @cached_property
+    def _rows_of(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
+        """Each observable with its rows and their conditions."""
+        table = self.table
+        rows = [np.flatnonzero(table.observable == k) for k in range(len(table.observables))]
+        return [(n, r, table.condition[r]) for n, r in zip(table.observables, rows, strict=True)]
+
+    @cached_property
+    def _inputs(self) -> list[np.ndarray]:
+        """Where the nuisances of radius, zone and hole distance stand."""
+        return [
+            np.flatnonzero([c.startswith(kind) for c in self.columns])
+            for kind in ("radius", "zone", "hole")
+        ]
+
     def predict(self, simulation: Simulation, u: np.ndarray, z: np.ndarray) -> np.ndarray:
         """Rows (B, n) for mechanism parameters u (B, P) in prior units and nuisances z (B, Z)."""
         values = {
@@ -89,14 +105,13 @@ class Problem:
         state = run_stages(self.state(z), simulation, values)
         many = max(len(z), 1)
         seen = np.empty((many, table.rows))
-        for k, name in enumerate(table.observables):
-            rows = np.flatnonzero(table.observable == k)
+        for name, rows, condition in self._rows_of:
             found = observe(state, simulation, name)
-            found = np.broadcast_to(found, (many, len(table.at.turns)))
-            seen[:, rows] = found[:, table.condition[rows]]
+            found = np.broadcast_to(found, (many, len(table.at.turns)))[:, condition]
             if f"gain {name}" in self.columns:
                 gain = z[:, self.columns.index(f"gain {name}")][:, None]
-                seen[:, rows] *= 1.0 + table.gain_sd[name] * gain
+                found = found * (1.0 + table.gain_sd[name] * gain)
+            seen[:, rows] = found
         if self.wander.shape[1]:
             seen = seen * (1.0 + z[:, -self.wander.shape[1] :] @ self.wander.T)
         return seen
@@ -104,10 +119,7 @@ class Problem:
     def state(self, z: np.ndarray):
         """The start state with the inputs moved by their tolerances, z (B, Z)."""
         at, table = self.table.at, self.table
-        radii, zones, holes = (
-            np.flatnonzero([c.startswith(kind) for c in self.columns])
-            for kind in ("radius", "zone", "hole")
-        )
+        radii, zones, holes = self._inputs
         camera = ONE
         if "camera" in self.columns:
             camera = 1.0 + table.camera_sd * z[:, self.columns.index("camera")][:, None]
@@ -117,12 +129,19 @@ class Problem:
         return start_state(
             at,
             self.reference,
-            radius_mm=at.radius_mm + table.radius_sd_mm * z[:, radii][:, self.radius_group],
-            zone_mm=at.twisting_zone_mm + table.zone_sd_mm * z[:, zones][:, self.zone_group],
-            hole_mm=at.hole_distance_mm + table.hole_sd_mm * z[:, holes][:, self.hole_group],
+            radius_mm=_moved(at.radius_mm, table.radius_sd_mm, z[:, radii], self.radius_group),
+            zone_mm=_moved(at.twisting_zone_mm, table.zone_sd_mm, z[:, zones], self.zone_group),
+            hole_mm=_moved(at.hole_distance_mm, table.hole_sd_mm, z[:, holes], self.hole_group),
             camera=camera,
             legs=legs,
         )
+
+
+def _moved(mean: np.ndarray, sd: np.ndarray, z: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """An input moved by its tolerance, (B, m); (B, 1) where there is but one of it."""
+    if not group.any():
+        return mean[:1] + sd[:1] * z[:, :1]
+    return mean + sd * z[:, group]
 
 
 def prepare(table: Table, base: str = "constant_radius") -> Problem:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tsvision.diagnosis.candidates import Candidate, Selection
+from tsvision.diagnosis.confounding import TELL_RADIUS
 from tsvision.diagnosis.fit import Fit, fit
 from tsvision.diagnosis.next_experiment import Proposal, propose
 from tsvision.diagnosis.problem import Problem, from_value, to_value
@@ -27,6 +28,7 @@ def proposal_of(
     no fit of its own: to the machine it is a radius that is off.)
     """
     rivals = [c.best for c in survivors]
+    rivals += [c.best for c in selection.candidates if c.names in sets and c not in survivors]
     fitted = {tuple(sorted(f.names)) for f in rivals}
     twins = [names for names in sets if tuple(sorted(names)) not in fitted]
     for names in twins:
@@ -38,8 +40,8 @@ def proposal_of(
         same = [c for c in selection.candidates if len(c.names) == len(own)]
         rivals += [c.best for c in same if sorted(c.names) != own][:1]
     exact = any({"radius_bias", "angle_scale"} & set(n) for n in sets) and len(sets) > 1
-    alone = problem.table.observables == ("displacement_mm",)
-    skip = frozenset({"displacement_mm"}) if exact and alone else frozenset()
+    blind = exact and not TELL_RADIUS & set(problem.table.observables)
+    skip = frozenset(problem.table.observables) if blind else frozenset()
     return propose(problem, rivals[:MOST_RIVALS], skip)
 
 

@@ -90,6 +90,5 @@ MECHANISM = Mechanism(
         varying(_MAIN),
         easing(_MAIN),
     ),
-    like_exactly=("radius_bias", "camera_scale"),
     checks="mark the connector and count its turns on the film",
 )

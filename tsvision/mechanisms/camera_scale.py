@@ -38,6 +38,5 @@ MECHANISM = Mechanism(
         varying(_MAIN),
         easing(_MAIN),
     ),
-    like_exactly=("radius_bias", "angle_scale"),
     checks="film a gauge pin of known diameter at the bundle's distance",
 )

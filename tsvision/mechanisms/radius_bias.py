@@ -83,6 +83,5 @@ MECHANISM = Mechanism(
         varying(_MAIN),
         easing(_MAIN),
     ),
-    like_exactly=("angle_scale", "camera_scale"),
     checks="measure D beside the separator with a caliper or a calibrated camera",
 )

@@ -275,7 +275,6 @@ class Mechanism:
     touches: tuple[str, ...]
     source: str
     shapes: tuple[Shape, ...]
-    like_exactly: tuple[str, ...] = ()  # not to be told apart from displacement alone
     checks: str = ""  # what a person would look at
 
     def extend(self, simulation: Simulation, shape: str | None = None) -> Simulation:
