@@ -9,7 +9,8 @@ import pytest
 
 from tsvision.diagnosis.simulate import observe, run_stages, start_state
 from tsvision.mechanisms import MECHANISMS, Conditions, Mechanism, Shape, Simulation
-from tsvision.mechanisms.shelf import OBSERVABLES, STAGES, Reference
+from tsvision.mechanisms.shelf import OBSERVABLES, STAGES
+from tsvision.mechanisms.state import Reference
 
 NAMED = {
     "radius_bias",

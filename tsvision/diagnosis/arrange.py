@@ -9,7 +9,8 @@ import numpy as np
 from tsvision.diagnosis.observations import Table
 from tsvision.diagnosis.rows import CONSTANTS, NAN, TOLERANCES
 from tsvision.errors import InputError
-from tsvision.mechanisms.shelf import OBSERVABLES, Conditions
+from tsvision.mechanisms.shelf import OBSERVABLES
+from tsvision.mechanisms.state import Conditions
 from tsvision.models import SECTIONS
 from tsvision.records import Rig
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from tsvision.diagnosis.simulate import ONE, run_stages, start_state
 from tsvision.errors import InputError
 from tsvision.mechanisms import MECHANISMS, Conditions, Simulation
-from tsvision.mechanisms.shelf import Reference
+from tsvision.mechanisms.state import Reference
 
 GEOMETRY = ("twisting_zone_mm", "hole_distance_mm", "radius_mm", "string_diameter_mm")
 KEYWORDS = (*GEOMETRY, "strings", "load_N", "time_s", "unwinding", "peak_turns")

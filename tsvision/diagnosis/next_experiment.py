@@ -11,7 +11,8 @@ from tsvision.diagnosis.arrange import GAIN_SD
 from tsvision.diagnosis.fit import Fit
 from tsvision.diagnosis.linearised import STEP
 from tsvision.diagnosis.problem import USUAL_NOISE, Problem
-from tsvision.mechanisms.shelf import OBSERVABLES, Conditions
+from tsvision.mechanisms.shelf import OBSERVABLES
+from tsvision.mechanisms.state import Conditions
 
 ENOUGH = 6.0  # a difference of so many standard deviations decides; more is worth nothing
 ENOUGH_SWEPT = 2.5  # the same where the observable is read all along a run

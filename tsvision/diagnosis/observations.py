@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tsvision.diagnosis.rows import NAN
-from tsvision.mechanisms.shelf import Conditions
+from tsvision.mechanisms.state import Conditions
 
 
 @dataclass(frozen=True)

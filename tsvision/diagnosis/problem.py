@@ -15,7 +15,8 @@ import numpy as np
 
 from tsvision.diagnosis.observations import Table
 from tsvision.diagnosis.simulate import ONE, observe, run_stages, start_state
-from tsvision.mechanisms.shelf import Parameter, Reference, Simulation
+from tsvision.mechanisms.shelf import Parameter, Simulation
+from tsvision.mechanisms.state import Reference
 
 OFFSET_SD_MM = 0.1
 LEGS_SD = 0.1  # relative: no separator leads the strings quite straight to where they meet

@@ -7,7 +7,8 @@ from functools import cache
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import STAGES, Conditions, Reference, Simulation, State
+from tsvision.mechanisms.shelf import STAGES, Simulation
+from tsvision.mechanisms.state import Conditions, Reference, State
 from tsvision.models import MODELS, SECTIONS
 from tsvision.units import RAD_PER_TURN
 

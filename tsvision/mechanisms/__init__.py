@@ -22,7 +22,8 @@ from tsvision.mechanisms import (
     variable_radius,
     zone_length,
 )
-from tsvision.mechanisms.shelf import Conditions, Mechanism, Parameter, Part, Shape, Simulation
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Part, Shape, Simulation
+from tsvision.mechanisms.state import Conditions
 
 MECHANISMS: dict[str, Mechanism] = {
     module.MECHANISM.name: module.MECHANISM

@@ -4,16 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import (
-    SHOW_ROTATION,
-    Mechanism,
-    Parameter,
-    Shape,
-    State,
-    Values,
-    easing,
-    varying,
-)
+from tsvision.mechanisms.drifting import easing, varying
+from tsvision.mechanisms.shelf import SHOW_ROTATION, Mechanism, Parameter, Shape, Values
+from tsvision.mechanisms.state import State
 
 
 def _proportional(state: State, p: Values) -> dict[str, np.ndarray]:

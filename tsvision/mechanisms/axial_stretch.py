@@ -6,17 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import (
-    Effect,
-    Mechanism,
-    Parameter,
-    Shape,
-    State,
-    Values,
-    easing,
-    tension_at,
-    varying,
-)
+from tsvision.mechanisms.drifting import easing, varying
+from tsvision.mechanisms.shelf import Effect, Mechanism, Parameter, Shape, Values
+from tsvision.mechanisms.state import State, tension_at
 
 _COMPLIANCE = Parameter(
     "compliance_1_N",

@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Effect, Mechanism, Parameter, Shape, State, Values, softplus
+from tsvision.mechanisms.shelf import Effect, Mechanism, Parameter, Shape, Values
+from tsvision.mechanisms.state import State, softplus
 from tsvision.units import RAD_PER_TURN
 
 _ONSET = Parameter(

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values, varying
+from tsvision.mechanisms.drifting import varying
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, Values
+from tsvision.mechanisms.state import State
 
 _RATE = Parameter(
     "creep_mm_per_decade",

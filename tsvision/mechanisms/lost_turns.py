@@ -4,15 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import (
-    SHOW_ROTATION,
-    Mechanism,
-    Parameter,
-    Shape,
-    State,
-    Values,
-    varying,
-)
+from tsvision.mechanisms.drifting import varying
+from tsvision.mechanisms.shelf import SHOW_ROTATION, Mechanism, Parameter, Shape, Values
+from tsvision.mechanisms.state import State
 from tsvision.units import RAD_PER_TURN
 
 _LOST = Parameter(

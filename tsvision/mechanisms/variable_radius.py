@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, State, Values
+from tsvision.mechanisms.shelf import Mechanism, Parameter, Shape, Values
+from tsvision.mechanisms.state import State
 
 ROUNDS = 8
 
