@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tsvision.diagnosis.bundle_table import LEAST_COUNTS, Diameters
-from tsvision.diagnosis.select import ALARM, CLASS_WIDTH
+from tsvision.diagnosis.select import CLASS_WIDTH
 from tsvision.diagnosis.verdict import Cause, Estimate, Verdict
 from tsvision.diagnosis.words import bundle_paragraph
 from tsvision.errors import InputError
@@ -23,6 +23,7 @@ POINTS = {1: 161, 2: 61}  # of each parameter's grid, by the number of causes
 REACH = 3.5  # the grid spans so many `typical` about the centre, cut at the bounds
 SCALES = np.geomspace(0.3, 6.0, 13)  # true scatter over stated scatter
 SCALE_SD = 0.6  # of its log
+FURTHER = 5.0  # log evidence that a second cause must gain
 
 
 @dataclass(frozen=True)
@@ -185,7 +186,7 @@ def _choose(fits: list[BundleFit]) -> BundleFit:
     chosen = fits[0]
     for size in (1, 2):
         best = max((f for f in fits if len(f.causes) == size), key=lambda f: f.log_evidence)
-        need = ALARM if chosen.causes else CLASS_WIDTH
+        need = FURTHER if chosen.causes else CLASS_WIDTH
         if best.log_evidence - chosen.log_evidence > need:
             chosen = best
     return chosen

@@ -64,7 +64,8 @@ def with_noise_prior(problem: Problem, before: LackOfFit) -> Problem:
     """The AR(1) coefficient as the saturated model sees it, as every model's prior."""
     if not before.tested:  # too few rows to know of any: none is assumed
         return replace(problem, rho_sd=np.full(len(problem.rho_sd), 0.01))
-    return replace(problem, rho_mean=before.rho, rho_sd=np.maximum(before.rho_sd, 0.05))
+    rho_sd = np.maximum(before.rho_sd, 0.05)
+    return replace(problem, rho_mean=before.rho, rho_sd=rho_sd, rho_tested=True)
 
 
 def _status(

@@ -81,6 +81,18 @@ def other_shapes(problem: Problem, best: Fit) -> list[Fit]:
     return found
 
 
+def without_one(problem: Problem, best: Fit) -> list[Fit]:
+    """The set less each of its parts, from where the set stands: a further cause may have but led
+    the others to where they fit."""
+    found = []
+    for part in best.simulation.parts:
+        rest = tuple(p for p in best.simulation.parts if p is not part)
+        simulation = replace(best.simulation, parts=rest)
+        start = carried_over(problem, best, simulation)
+        found.append(fit(problem, simulation, start, noise=(best.sigma, best.rho)))
+    return found
+
+
 def extended(
     problem: Problem,
     firsts: list[Candidate],

@@ -70,6 +70,7 @@ class Problem:
     base: str = "constant_radius"
     rho_mean: np.ndarray = field(default_factory=lambda: np.zeros(0))
     rho_sd: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    rho_tested: bool = False  # whether the rows told of the correlation at all
 
     @property
     def nuisances(self) -> int:

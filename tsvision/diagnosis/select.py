@@ -18,19 +18,23 @@ from tsvision.diagnosis.candidates import (
 )
 from tsvision.diagnosis.fit import Fit, fit
 from tsvision.diagnosis.lack_of_fit import MISFIT_P, lack_of_fit
-from tsvision.diagnosis.larger_sets import extended, fresh_pairs, other_shapes
+from tsvision.diagnosis.larger_sets import extended, fresh_pairs, other_shapes, without_one
 from tsvision.diagnosis.problem import USUAL_NOISE, Problem
 from tsvision.mechanisms import MECHANISMS, Simulation
+from tsvision.mechanisms.drifting import ELASTIC
 
-ALARM = 5.0  # log evidence that a cause must gain over the base
+ALARM = 3.0  # log evidence that a cause must gain over the base, where readings are independent, …
+ALARM_BY_RHO = 8.0  # … and more, times what the mean AR(1) coefficient exceeds USUAL_RHO by: it is
+USUAL_RHO = 0.2  # known to some tenths only, and evidence stands on it
+UNKNOWN_RHO = 0.45  # taken for the coefficient where too few rows tell of any
 LARGER = 5.0  # more, for each cause beyond the first, where no smaller set is over the alarm
 CLASS_WIDTH = 3.0  # sets this close to the best cannot be told from it
 FIRST_PARTNERS = 5  # mechanisms that are tried as the first of a pair
 PAIRS_EXTENDED = 3  # to triples
 TRIPLES_REFINED = 6
 HOPELESS = 20.0  # log evidence behind the best, beyond half the best's gain
-SECOND_ALARM = 4.0  # log evidence that a further cause must gain …
-SECOND_SHARE = 0.012  # … and at least this share of what the first gained, …
+SECOND_ALARM = 2.5  # log evidence that a further cause must gain …
+SECOND_SHARE = 0.008  # … and at least this share of what the first gained, …
 KIN_SHARE = 0.05  # … or this, where both say how r goes with the turns
 LEAST_SHARE = 0.01  # of the base's misfit that a further cause must account for, or …
 LEAST_SIZE = 0.7  # … of a reading's usual noise
@@ -47,7 +51,7 @@ def select(problem: Problem, hints: Selection | None = None) -> Selection:
     singles = _singles(problem, base, hints)
     candidates = list(singles)
     worth = [c for c in singles if c.log_evidence - base.log_evidence > -1.0] or singles[:1]
-    if worth and _may_be_more(singles, base):
+    if worth:
         candidates += extended(problem, worth[:FIRST_PARTNERS], hints)
         if hints is None and _leaves_structure(problem, base, singles[0]):
             candidates = merged(problem, candidates, fresh_pairs(problem, singles))
@@ -59,7 +63,8 @@ def select(problem: Problem, hints: Selection | None = None) -> Selection:
         candidates += extended(problem, pairs[:PAIRS_EXTENDED], hints, TRIPLES_REFINED)
         chosen = _choose(problem, base, candidates)
     if chosen is not None and len(chosen.names) == 3 and hints is None:
-        candidates = merged(problem, candidates, other_shapes(problem, chosen.best))
+        fits = other_shapes(problem, chosen.best) + without_one(problem, chosen.best)
+        candidates = merged(problem, candidates, fits)
         chosen = _choose(problem, base, candidates)
     ranked = tuple(sorted(candidates, key=lambda c: -c.log_evidence))
     return Selection(base, ranked, chosen)
@@ -67,7 +72,7 @@ def select(problem: Problem, hints: Selection | None = None) -> Selection:
 
 def _leaves_structure(problem: Problem, base: Fit, best: Candidate) -> bool:
     """Whether the best single cause is one, but plainly not the whole story."""
-    if best.log_evidence - base.log_evidence < ALARM:
+    if best.log_evidence - base.log_evidence < alarm_of(problem):
         return False
     return lack_of_fit(problem, best.best).p < MISFIT_P
 
@@ -84,10 +89,6 @@ def _hopeful(hints: Selection) -> Selection:
         if fits:
             kept.append(replace(candidate, fits=fits))
     return replace(hints, candidates=tuple(kept))
-
-
-def _may_be_more(singles: list[Candidate], base: Fit) -> bool:
-    return bool(singles) and base.log_evidence < 1e9
 
 
 def _singles(problem: Problem, base: Fit, hints: Selection | None) -> list[Candidate]:
@@ -115,20 +116,41 @@ def _choose(problem: Problem, base: Fit, candidates: list[Candidate]) -> Candida
     chosen: Candidate | None = None
     level = base.log_evidence
     first_gain = 0.0
+    alarm = alarm_of(problem)
     for size in (1, 2, 3):
-        need = ALARM + LARGER * (size - 1) if chosen is None else SECOND_ALARM
+        need = alarm + LARGER * (size - 1) if chosen is None else SECOND_ALARM
         worth = [c for c in candidates if len(c.names) == size and c.log_evidence - level > need]
         for larger in sorted(worth, key=lambda c: -c.log_evidence):
             gain = larger.log_evidence - level
             if chosen is not None and (
                 gain < _further_share(larger.names) * first_gain
-                or _is_trifle(problem, chosen.best, larger.best)
+                or _is_trifle(problem, _plainest(chosen), larger.best)
             ):
                 continue
             first_gain = max(first_gain, gain)
             chosen, level = larger, larger.log_evidence
             break
     return chosen
+
+
+def alarm_of(problem: Problem) -> float:
+    """Log evidence at which something is said to be wrong."""
+    rho = UNKNOWN_RHO
+    if problem.rho_tested:
+        count = np.bincount(problem.table.observable, minlength=len(problem.rho_mean))
+        rho = float(np.average(problem.rho_mean, weights=count))
+    return ALARM + ALARM_BY_RHO * max(rho - USUAL_RHO, 0.0)
+
+
+def _plainest(candidate: Candidate) -> Fit:
+    """Its likeliest fit in a shape whose size does not drift: drift may stand in for what a further
+    cause does, and then that cause is no trifle."""
+    plain = (
+        f
+        for f in candidate.fits
+        if not any(part.shape.name.endswith(ELASTIC) for part in f.simulation.parts)
+    )
+    return next(plain, candidate.best)
 
 
 def _further_share(names: tuple[str, ...]) -> float:

@@ -7,6 +7,8 @@ import numpy as np
 from tsvision.mechanisms.shelf import Effect, Parameter, Shape, Values
 from tsvision.mechanisms.state import State
 
+ELASTIC = ("_varying", "_easing")  # how the names of such shapes end
+
 
 def varying(shape: Shape) -> Shape:
     """`shape` with its size (its first parameter) drifting a little with turns and load.
