@@ -43,8 +43,11 @@ def diagnose_bundles(data: Diameters, base: str = "pair_core") -> Verdict:
     if len(np.unique(data.count)) < LEAST_COUNTS:
         raise InputError(f"diameters of at least {LEAST_COUNTS} different N are needed")
     fits = fit_all(data, base)
-    null, chosen = fits[0], _choose(fits)
-    several = data.count > 1
+    return _verdict(data, base, fits, _choose(fits))
+
+
+def _verdict(data: Diameters, base: str, fits: list[BundleFit], chosen: BundleFit) -> Verdict:
+    null, several = fits[0], data.count > 1
     sets = _equivalent(fits, chosen)
     explained = bool(chosen.causes)
     status = "no_discrepancy" if not explained else "explained" if len(sets) == 1 else "ambiguous"
@@ -52,17 +55,7 @@ def diagnose_bundles(data: Diameters, base: str = "pair_core") -> Verdict:
     off = _rms(data.value - plain, several)
     extended = _rms(data.value - _predict(data, base, chosen), several)
     gain = _gain(data, base, several)
-    causes = tuple(
-        Cause(
-            c.name,
-            c.title,
-            "formula",
-            c.equation,
-            c.claim,
-            {c.parameter: Estimate(value, *interval, c.unit)},
-        )
-        for c, value, interval in zip(chosen.causes, chosen.values, chosen.intervals, strict=True)
-    )
+    causes = _causes_of(chosen)
     ranked = sorted(fits[1:], key=lambda f: -f.log_evidence)
     following = _next(data, base, [f for f in ranked if _names(f) in sets] or ranked[:2], ranked)
     looks = {name: BUNDLE_CAUSES[name].looks for names in sets for name in names}
@@ -96,6 +89,20 @@ def diagnose_bundles(data: Diameters, base: str = "pair_core") -> Verdict:
         paragraph=bundle_paragraph(
             status, causes, sets, told, extended, gain, looks, following, _rivals(ranked, sets)
         ),
+    )
+
+
+def _causes_of(chosen: BundleFit) -> tuple[Cause, ...]:
+    return tuple(
+        Cause(
+            c.name,
+            c.title,
+            "formula",
+            c.equation,
+            c.claim,
+            {c.parameter: Estimate(value, *interval, c.unit)},
+        )
+        for c, value, interval in zip(chosen.causes, chosen.values, chosen.intervals, strict=True)
     )
 
 

@@ -175,16 +175,26 @@ def _descend(
             gain = 1.0 if damping < 1e6 else 0.0
         # The leverage changes little in a step: the old linearisation serves for the noise.
         leverage, _ = leverage_of(layout, white, heavy, normal)
-        old = sigma, rho
-        weight = weights_of(innovation, problem.tail)
-        sigma = new_sigma(problem, sigma, innovation, weight, leverage)
-        rho = new_rho(problem, value - rows[0], sigma, weight)
-        change = np.max(np.abs(np.log(sigma / old[0]))) + np.max(np.abs(rho - old[1]))
-        noise = Noise(problem, sigma, rho)
+        noise, change = _noise_anew(problem, noise, innovation, value - rows[0], leverage)
         innovation = noise.whiten(value - rows[0])
         if gain < SETTLED and change < SETTLED:
             break
-    return _finish(problem, simulation, layout, theta, rows[0], jacobian, sigma, rho)
+    return _finish(problem, simulation, layout, theta, rows[0], jacobian, noise)
+
+
+def _noise_anew(
+    problem: Problem,
+    old: Noise,
+    innovation: np.ndarray,
+    residual: np.ndarray,
+    leverage: np.ndarray,
+) -> tuple[Noise, float]:
+    """The noise after a step, and by how much its log scale and correlation have changed."""
+    weight = weights_of(innovation, problem.tail)
+    sigma = new_sigma(problem, old.sigma, innovation, weight, leverage)
+    rho = new_rho(problem, residual, sigma, weight)
+    change = np.max(np.abs(np.log(sigma / old.sigma))) + np.max(np.abs(rho - old.rho))
+    return Noise(problem, sigma, rho), float(change)
 
 
 def _finish(
@@ -194,10 +204,8 @@ def _finish(
     theta: np.ndarray,
     rows: np.ndarray,
     jacobian: np.ndarray,
-    sigma: np.ndarray,
-    rho: np.ndarray,
+    noise: Noise,
 ) -> Fit:
-    noise = Noise(problem, sigma, rho)
     innovation = noise.whiten(problem.table.value - rows)
     weight = weights_of(innovation, problem.tail)
     white = noise.whiten(jacobian)[0]
@@ -209,8 +217,8 @@ def _finish(
         z=theta[: layout.nz],
         offsets=theta[layout.moved :],
         covariance=covariance,
-        sigma=sigma,
-        rho=rho,
+        sigma=noise.sigma,
+        rho=noise.rho,
         predicted=rows,
         innovation=innovation,
         weight=weight,

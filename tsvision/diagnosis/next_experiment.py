@@ -51,38 +51,43 @@ def propose(
             continue
         if observable == "torque_Nmm" and not np.all(np.isfinite(design.load_N)):
             continue
-        asked = _ask(problem, design, observable)
-        seen = [_predict(asked, fitted) for fitted in survivors]
-        noise = _noise(problem, survivors[0], observable, seen[0][0])
-        pairs = list(itertools.combinations(range(len(survivors)), 2))
-        apart = np.array([abs(seen[a][0] - seen[b][0]) for a, b in pairs])
-        spread = np.array([np.sqrt(noise**2 + seen[a][1] + seen[b][1]) for a, b in pairs])
-        score = np.minimum(apart / spread, ENOUGH)
-        total = score.mean(axis=0) + 1e-3 * (apart / spread).mean(axis=0)
-        i = int(np.argmax(total))
-        # An observable is worth what it does for the pair that it parts worst, read where it
-        # parts that pair best: it will hardly be read once only.
-        reach = np.minimum(score.max(axis=1), ENOUGH_SWEPT)
-        worth = float(reach.min() + 0.5 * reach.mean() + 0.1 * total[i])
+        worth, proposal = _proposal(problem, design, survivors, observable)
         if best is None or worth > best[0]:
-            pair = int(np.argmax(score[:, i]))
-            a, b = pairs[pair]
-            best = (
-                worth,
-                Proposal(
-                    observable=observable,
-                    turns=float(design.turns[i]),
-                    load_N=float(design.load_N[i]),
-                    strings=float(design.strings[i]),
-                    branch="unwind" if design.unwinding[i] else "wind",
-                    separates=(survivors[a].names, survivors[b].names),
-                    expected_difference=float(apart[pair, i]),
-                    noise=float(np.broadcast_to(noise, apart[pair].shape)[i]),
-                    unit=OBSERVABLES[observable],
-                    decisiveness=float(apart[pair, i] / spread[pair, i]),
-                ),
-            )
+            best = worth, proposal
     return best[1] if best else None
+
+
+def _proposal(
+    problem: Problem, design: Conditions, survivors: list[Fit], observable: str
+) -> tuple[float, Proposal]:
+    """The best conditions to read one observable at, and what that is worth."""
+    asked = _ask(problem, design, observable)
+    seen = [_predict(asked, fitted) for fitted in survivors]
+    noise = _noise(problem, survivors[0], observable, seen[0][0])
+    pairs = list(itertools.combinations(range(len(survivors)), 2))
+    apart = np.array([abs(seen[a][0] - seen[b][0]) for a, b in pairs])
+    spread = np.array([np.sqrt(noise**2 + seen[a][1] + seen[b][1]) for a, b in pairs])
+    score = np.minimum(apart / spread, ENOUGH)
+    total = score.mean(axis=0) + 1e-3 * (apart / spread).mean(axis=0)
+    i = int(np.argmax(total))
+    # An observable is worth what it does for the pair that it parts worst, read where it parts
+    # that pair best: it will hardly be read once only.
+    reach = np.minimum(score.max(axis=1), ENOUGH_SWEPT)
+    worth = float(reach.min() + 0.5 * reach.mean() + 0.1 * total[i])
+    pair = int(np.argmax(score[:, i]))
+    a, b = pairs[pair]
+    return worth, Proposal(
+        observable=observable,
+        turns=float(design.turns[i]),
+        load_N=float(design.load_N[i]),
+        strings=float(design.strings[i]),
+        branch="unwind" if design.unwinding[i] else "wind",
+        separates=(survivors[a].names, survivors[b].names),
+        expected_difference=float(apart[pair, i]),
+        noise=float(np.broadcast_to(noise, apart[pair].shape)[i]),
+        unit=OBSERVABLES[observable],
+        decisiveness=float(apart[pair, i] / spread[pair, i]),
+    )
 
 
 def _grid(problem: Problem) -> Conditions:

@@ -20,6 +20,7 @@ CONSTANTS = (
 )
 TOLERANCES = (*(f"{name}_sd" for name in CONSTANTS[1:]), "camera_scale_sd")
 COLUMNS = ("run", "turns", "load_N", "branch", "time_s", "cycle", "observable", "value", "value_sd")
+NUMERIC = ("turns", "time_s", "cycle", "value", "value_sd")
 ALIASES = {"contraction_mm": "displacement_mm"}
 LEAST_ROWS = 4
 BRANCHES = {"wind": False, "unwind": True, "": False}
@@ -87,37 +88,15 @@ def parse(
         "hole_distance_nominal_mm": rig.actuator.hole_distance_mm,
         "bundle_diameter_mm": NAN,
     }
-    numeric = [n for n in ("turns", "time_s", "cycle", "value", "value_sd") if n in names]
     parsed, seen = [], set()
     empty = twice = 0
     for line, record in enumerate(records, start=2):
-        row: dict = {n: number(record.get(n), n, line, where) for n in numeric}
-        word = str(record.get("observable") or "").strip()
-        if word not in OBSERVABLES:
-            near = difflib.get_close_matches(word, OBSERVABLES, n=1)
-            hint = f"did you mean '{near[0]}'?" if near else f"use one of {', '.join(OBSERVABLES)}"
-            raise InputError(f"{where}, line {line}: observable '{word}' is unknown; {hint}")
-        row["observable"] = word
+        row = _row(record, names, rig, defaults, line, where)
         if math.isnan(row["value"]) or math.isnan(row["turns"]):
             empty += 1
             continue
-        if not math.isnan(row.get("value_sd", NAN)) and row["value_sd"] <= 0:
-            raise InputError(f"{where}, line {line}: value_sd must be above 0; mend or empty it")
-        row["run"] = str(record.get("run") or "run").strip()
-        branch = str(record.get("branch") or "").strip().lower()
-        if branch not in BRANCHES:
-            raise InputError(f"{where}, line {line}: branch '{branch}'; write 'wind' or 'unwind'")
-        row["unwinding"] = BRANCHES[branch]
-        row["load_N"] = _load(record, names, rig, line, where)
-        for name in CONSTANTS:
-            given = number(record.get(name), name, line, where) if name in names else NAN
-            row[name] = defaults[name] if math.isnan(given) else given
-        for name in TOLERANCES:
-            row[name] = number(record.get(name), name, line, where) if name in names else NAN
-            if row[name] < 0:
-                raise InputError(f"{where}, line {line}: '{name}' is negative; give it as positive")
         key = tuple(str(row[k]) for k in sorted(row))
-        if key in seen and ("time_s" in names or "value" in names):
+        if key in seen:
             twice += 1
             continue
         seen.add(key)
@@ -134,6 +113,45 @@ def parse(
             "decide anything"
         )
     return parsed
+
+
+def _row(
+    record: dict, names: list[str], rig: Rig, defaults: dict[str, float], line: int, where: str
+) -> dict:
+    """One row checked; without a value or turns, nothing else of it is."""
+
+    def column(name: str) -> float:
+        return number(record.get(name), name, line, where) if name in names else NAN
+
+    row: dict = {n: column(n) for n in NUMERIC if n in names}
+    row["observable"] = _observable(record, line, where)
+    if math.isnan(row["value"]) or math.isnan(row["turns"]):
+        return row
+    if row.get("value_sd", NAN) <= 0:
+        raise InputError(f"{where}, line {line}: value_sd must be above 0; mend or empty it")
+    row["run"] = str(record.get("run") or "run").strip()
+    branch = str(record.get("branch") or "").strip().lower()
+    if branch not in BRANCHES:
+        raise InputError(f"{where}, line {line}: branch '{branch}'; write 'wind' or 'unwind'")
+    row["unwinding"] = BRANCHES[branch]
+    row["load_N"] = _load(record, names, rig, line, where)
+    for name in CONSTANTS:
+        given = column(name)
+        row[name] = defaults[name] if math.isnan(given) else given
+    for name in TOLERANCES:
+        row[name] = column(name)
+        if row[name] < 0:
+            raise InputError(f"{where}, line {line}: '{name}' is negative; give it as positive")
+    return row
+
+
+def _observable(record: dict, line: int, where: str) -> str:
+    word = str(record.get("observable") or "").strip()
+    if word not in OBSERVABLES:
+        near = difflib.get_close_matches(word, OBSERVABLES, n=1)
+        hint = f"did you mean '{near[0]}'?" if near else f"use one of {', '.join(OBSERVABLES)}"
+        raise InputError(f"{where}, line {line}: observable '{word}' is unknown; {hint}")
+    return word
 
 
 def _unwind_by_time(rows: list[dict], notes: list[str]) -> None:
