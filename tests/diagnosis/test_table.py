@@ -186,12 +186,19 @@ def test_a_wide_table_is_read_as_one() -> None:
     np.testing.assert_allclose(table.at.load_N, 19.6133)
 
 
-def test_without_times_it_says_that_creep_is_out_of_the_question() -> None:
+def test_without_times_and_branches_it_says_that_creep_is_out_of_the_question() -> None:
     rows = case()
     timeless = without(rows, "time_s")
-    for given, said in ((rows, False), (timeless, True)):
-        notes = table_from_rows(list(given[0]), given, RIG).notes
-        assert any("creep" in note for note in notes) == said
+    winding = [row for row in timeless if row["branch"] == "wind"]
+    for given, said in ((rows, ""), (timeless, "for creep"), (winding, "not considered")):
+        notes = [n for n in table_from_rows(list(given[0]), given, RIG).notes if "creep" in n]
+        assert len(notes) == bool(said) and all(said in note for note in notes)
+
+
+def test_creep_is_found_by_the_order_of_the_readings_where_times_are_missing() -> None:
+    rows = planted.plain_case("creep", 7_600_001, SETTING).rows
+    found = answer(without(rows, "time_s"))
+    assert [cause.name for cause in found.causes] == ["creep"]
 
 
 def test_time_tells_the_branch_where_no_column_does() -> None:

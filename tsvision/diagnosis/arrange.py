@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,6 +24,7 @@ DEFAULT_TOLERANCE: dict[str, tuple[float, float]] = {
     "hole_distance_nominal_mm": (0.0, 0.10),
     "camera_scale": (0.005, 0.0),
 }
+PACE_S = 10.0  # from reading to reading, where no times are known
 GAIN_SD = {"torque_Nmm": 0.03, "pitch_mm": 0.01}  # gauges whose gain is not known exactly
 
 
@@ -34,8 +36,6 @@ def arrange(rows: list[dict], notes: list[str], where: str, rig: Rig) -> Table:
     unknown = sum(map(math.isnan, loads))
     if 0 < unknown < len(rows):
         raise InputError(f"{where}: {unknown} rows have no load; fill 'load_N' or drop the column")
-    if all(math.isnan(row.get("time_s", NAN)) for row in rows):
-        notes.append("no times are known: creep is not considered, though it may look like stretch")
     runs = tuple(dict.fromkeys(row["run"] for row in rows))
     observables = tuple(name for name in OBSERVABLES if any(r["observable"] == name for r in rows))
     keys: dict[tuple, int] = {}
@@ -50,6 +50,8 @@ def arrange(rows: list[dict], notes: list[str], where: str, rig: Rig) -> Table:
     run = np.array([runs.index(row["run"]) for row in rows])
     observable = np.array([observables.index(row["observable"]) for row in rows])
     at, sds = _conditions(first, runs, notes, where)
+    if np.all(np.isnan(at.time_s)):
+        at = _timed(at, notes)
     table = Table(
         at=at,
         observables=observables,
@@ -70,6 +72,22 @@ def arrange(rows: list[dict], notes: list[str], where: str, rig: Rig) -> Table:
         notes=tuple(notes),
     )
     return table
+
+
+def _timed(at: Conditions, notes: list[str]) -> Conditions:
+    """Times at an even pace where both branches tell the order of the readings."""
+    if not at.unwinding.any() or at.unwinding.all():
+        notes.append("no times are known: creep is not considered, though it may look like stretch")
+        return at
+    notes.append(
+        f"no times are known: for creep, a reading every {PACE_S:g} s is assumed, in the order of "
+        "the motion"
+    )
+    time = np.zeros(len(at.turns))
+    for run in np.unique(at.run):
+        own = np.flatnonzero(at.run == run)
+        time[own[_in_order(at.take(own))]] = PACE_S * np.arange(len(own))
+    return replace(at, time_s=time)
 
 
 def _camera_sd(rows: list[dict], rig: Rig) -> float:
@@ -165,15 +183,18 @@ def _nominal_diameter(
     return diameter, packed
 
 
+def _in_order(at: Conditions, *groups: np.ndarray) -> np.ndarray:
+    """The order of motion, by `groups` (the last first), cycle, time and branch."""
+    along = np.where(at.unwinding, -at.turns, at.turns)
+    time, cycle = np.nan_to_num(at.time_s), np.nan_to_num(at.cycle)
+    return np.lexsort((along, at.unwinding, time, cycle, *groups))
+
+
 def _before(
     at: Conditions, condition: np.ndarray, observable: np.ndarray, run: np.ndarray
 ) -> np.ndarray:
     """For each row the row before it in the same run and observable, in the order of motion."""
-    turns, back = at.turns[condition], at.unwinding[condition]
-    along = np.where(back, -turns, turns)
-    time = np.nan_to_num(at.time_s[condition])
-    cycle = np.nan_to_num(at.cycle[condition])
-    order = np.lexsort((along, back, time, cycle, run, observable))
+    order = _in_order(at.take(condition), run, observable)
     same = (run[order][1:] == run[order][:-1]) & (observable[order][1:] == observable[order][:-1])
     before = np.full(len(run), -1)
     before[order[1:][same]] = order[:-1][same]
