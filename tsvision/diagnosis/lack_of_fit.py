@@ -14,6 +14,7 @@ from tsvision.diagnosis.problem import RUN_GAIN, USUAL_NOISE, Problem
 from tsvision.diagnosis.saturated import (
     RHO_GRID,
     Saturated,
+    clock_blocks,
     common_blocks,
     range_of,
     run_blocks,
@@ -32,6 +33,7 @@ PLACES = {
     "load": "along turns, in proportion to the load",
     "branch": "between winding and unwinding",
     "run": "from run to run",
+    "clock": "with time, within runs",
     "series": "within single runs, differently in each",
 }
 
@@ -91,7 +93,7 @@ def _saturated(
     """The saturated models that the rows of one observable can bear."""
     models = [
         blocks
-        for make in (common_blocks, series_blocks, run_blocks)
+        for make in (common_blocks, series_blocks, run_blocks, clock_blocks)
         if (blocks := make(problem, rows))
         and len(rows) - design.shape[1] - sum(b.shape[1] for b in blocks.values()) >= LEAST_FREE
     ]

@@ -1,8 +1,9 @@
 """Saturated models of one observable's residuals: what any cause at all might explain.
 
 Hat functions of turns (alone, times load, times branch) with a parabola per run; hat functions for
-every run; a polynomial of its own for every run and branch. The noise and its AR(1) coefficient
-come from what even these leave (REML), so that a smooth misfit cannot pass as correlated noise.
+every run; a polynomial of turns for every run and branch; one of time for every run. The noise and
+its AR(1) coefficient come from what even these leave (REML), so that a smooth misfit cannot pass as
+correlated noise.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ SHARES, SHARES_SERIES = 3, 7  # points by which what is likely of rho is average
 MOST_NODES = 16
 RUN_NODES = 6
 DEGREE = 3
+CLOCK_DEGREE = 9  # two periods of a slow drift in a run
+CLOCK_ROWS = 2.5  # rows for each of its columns
 
 
 def hats(turns: np.ndarray, most: int) -> np.ndarray:
@@ -78,6 +81,27 @@ def run_blocks(problem: Problem, rows: np.ndarray) -> dict[str, np.ndarray]:
     return {"run": np.hstack([curve * (table.run[rows] == r)[:, None] for r in runs])}
 
 
+def clock_blocks(problem: Problem, rows: np.ndarray) -> dict[str, np.ndarray]:
+    """A polynomial of time (else of the way gone) for every run that winds and unwinds: what drifts
+    with the clock passes smoothly through the reversal."""
+    table = problem.table
+    at = table.at.take(table.condition[rows])
+    runs, count = np.unique(table.run[rows], return_counts=True)
+    degree = min(CLOCK_DEGREE, int(count.min() / CLOCK_ROWS) - 1)
+    if degree <= DEGREE or not 0 < at.unwinding.sum() < len(rows):
+        return {}
+    way = np.where(at.unwinding, 2.0 * at.peak_turns - at.turns, at.turns)
+    clock = at.time_s if np.all(np.isfinite(at.time_s)) else way
+    blocks = []
+    for run in runs:
+        own = table.run[rows] == run
+        low, high = clock[own].min(), clock[own].max()
+        scaled = 2.0 * (clock - low) / max(high - low, 1e-9) - 1.0
+        shapes = np.polynomial.legendre.legvander(np.where(own, scaled, 0.0), degree)
+        blocks.append(shapes * own[:, None])
+    return {"clock": np.hstack(blocks)}
+
+
 class _Whitener:
     """AR(1) whitening of one observable's rows; a row's predecessor is the last one kept."""
 
@@ -123,7 +147,7 @@ class Saturated:
         self.rho = float(self.likely @ RHO_GRID)
         # p averaged over what is likely of rho, by points of equal share. A polynomial for every
         # series leaves little to know rho by: its upper tail matters there.
-        many = SHARES_SERIES if "series" in blocks else SHARES
+        many = SHARES_SERIES if {"series", "clock"} & set(blocks) else SHARES
         points = [_quantile(self.likely, (i + 0.5) / many) for i in range(many)]
         own = range_of(design)
         found = [_tests(whiten, residual, own, blocks, rho) for rho in points]

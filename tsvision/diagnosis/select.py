@@ -32,6 +32,8 @@ CLASS_WIDTH = 3.0  # sets this close to the best cannot be told from it
 FIRST_PARTNERS = 5  # mechanisms that are tried as the first of a pair
 PAIRS_EXTENDED = 3  # to triples
 TRIPLES_REFINED = 6
+HARDLY_ALL_P = 0.05  # lack of fit of the best pair below which triples are tried
+IDLE = 2.0  # log evidence behind the base, where nothing was chosen
 HOPELESS = 20.0  # log evidence behind the best, beyond half the best's gain
 SECOND_ALARM = 2.5  # log evidence that a further cause must gain …
 SECOND_SHARE = 0.008  # … and at least this share of what the first gained, …
@@ -60,7 +62,8 @@ def select(problem: Problem, hints: Selection | None = None) -> Selection:
         if hints is None:
             candidates = merged(problem, candidates, other_shapes(problem, chosen.best))
         pairs = sorted((c for c in candidates if len(c.names) == 2), key=lambda c: -c.log_evidence)
-        candidates += extended(problem, pairs[:PAIRS_EXTENDED], hints, TRIPLES_REFINED)
+        if hints is not None or lack_of_fit(problem, pairs[0].best).p < HARDLY_ALL_P:
+            candidates += extended(problem, pairs[:PAIRS_EXTENDED], hints, TRIPLES_REFINED)
         chosen = _choose(problem, base, candidates)
     if chosen is not None and len(chosen.names) == 3 and hints is None:
         fits = other_shapes(problem, chosen.best) + without_one(problem, chosen.best)
@@ -79,10 +82,10 @@ def _leaves_structure(problem: Problem, base: Fit, best: Candidate) -> bool:
 
 def _hopeful(hints: Selection) -> Selection:
     """Without the fits so far behind that no fold can lift them to the top."""
-    if hints.chosen is None:
-        return hints
-    best = hints.chosen.log_evidence
-    lowest = best - HOPELESS - 0.5 * hints.gain(hints.chosen)
+    lowest = hints.base.log_evidence - IDLE
+    if hints.chosen is not None:
+        best = hints.chosen.log_evidence
+        lowest = best - HOPELESS - 0.5 * hints.gain(hints.chosen)
     kept = []
     for candidate in hints.candidates:
         fits = tuple(f for f in candidate.fits if weighed(f) > lowest)
