@@ -6,6 +6,7 @@ Seeds differ from those that anything was tuned on; the whole battery is a bench
 from __future__ import annotations
 
 import ast
+import itertools
 from pathlib import Path
 
 import pytest
@@ -63,6 +64,16 @@ def test_a_pair_is_named_exactly() -> None:
     assert ("backlash", "radius_bias") in classes(answer)
 
 
+def test_what_diameter_displacement_and_angle_cannot_part_is_one_class() -> None:
+    """Of radius, gear and camera any two make up for each other."""
+    answer = verdict(planted.pair_case("radius_bias", "angle_scale", 910_023, SMALL))
+    three = ("angle_scale", "camera_scale", "radius_bias")
+    assert {tuple(sorted(p)) for p in itertools.combinations(three, 2)} == set(classes(answer))
+    assert len(answer.exact_equivalences) == 1
+    assert answer.next_experiment is not None
+    assert answer.next_experiment["observable"] not in ("displacement_mm", "helix_angle_deg")
+
+
 @pytest.mark.parametrize("seed", [910_031, 910_032])
 def test_nothing_is_claimed_of_nothing(seed: int) -> None:
     answer = verdict(planted.plant([], seed, SMALL, "null"))
@@ -70,8 +81,10 @@ def test_nothing_is_claimed_of_nothing(seed: int) -> None:
     assert answer.causes == () and answer.equivalent == ()
 
 
-def test_an_effect_like_none_is_flagged_and_not_named() -> None:
-    answer = verdict(planted.unlike_case(0, 910_041, SMALL))
+@pytest.mark.parametrize(("which", "seed"), [(0, 910_041), (2, 910_041), (3, 910_042)])
+def test_an_effect_like_none_is_flagged_and_not_named(which: int, seed: int) -> None:
+    """A ripple, a hump at one load, a drift with the clock."""
+    answer = verdict(planted.unlike_case(which, seed, SMALL))
     assert answer.status == "unexplained"
     assert answer.causes == ()
     assert "displacement_mm" in answer.residual["hint"]
