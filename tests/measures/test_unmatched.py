@@ -20,7 +20,8 @@ def a_cut(reach: int) -> Cut:
     limit = np.where(bundle, float(reach), np.nan)
     outline = Silhouette(-limit, limit, bundle, 20.0, np.zeros(COLUMNS, bool))
     s = np.arange(COLUMNS, dtype=float)
-    return Cut(contrast, contrast, s, HALF, outline, 1.0, 0.5, 0.01, 0.0)
+    none = np.full(COLUMNS, np.nan)
+    return Cut(contrast, contrast, s, HALF, outline, 1.0, 0.5, 0.01, 0.0, (none, none))
 
 
 def edges(matched: int) -> Edges:

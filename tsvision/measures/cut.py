@@ -10,7 +10,9 @@ from scipy.ndimage import gaussian_filter1d
 from tsvision.images.linear import project, to_linear
 from tsvision.images.sight import Sight, mask_level, raw_contrast
 from tsvision.images.strip import Axis, cut_strip
+from tsvision.measures.dim import dim_edges
 from tsvision.measures.edges import match_edges
+from tsvision.measures.falloff import falloff_along
 from tsvision.measures.helix import Edges
 from tsvision.measures.shading import (
     EdgeProfile,
@@ -29,7 +31,8 @@ FOUND_BACK_PX = 1.5  # from how far outside a match comes to the edge
 @dataclass(frozen=True)
 class Cut:
     """contrast (R, M): signal minus ground over the core's contrast; light (R, M): the signal
-    itself, linear; s_px (M,); half_px: n of the last row."""
+    itself, linear; s_px (M,); half_px: n of the last row; dim: rows (M,) of the upper and lower
+    borders of strands in the bundle's own shadow, NaN where none lie beyond the lit ones."""
 
     contrast: np.ndarray
     light: np.ndarray
@@ -40,6 +43,7 @@ class Cut:
     mask_level: float
     noise: float
     saturated: float
+    dim: tuple[np.ndarray, np.ndarray]
 
 
 def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) -> Cut | None:
@@ -64,9 +68,15 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     ground_noise = 1.4826 * float(np.median(steps)) / 1.41
     if not np.isfinite(level) or abs(level) < max(1e-4, 1.5 * ground_noise):
         return None
-    contrast = np.nan_to_num(contrast / level, nan=0.0)
+    contrast /= level * falloff_along(core / level, sight.width_px)
+    contrast = np.nan_to_num(contrast, nan=0.0)
     mask = max(mask_level(contrast, inner), sight.shadow_level)
     silhouette = outline(contrast, sight.width_px, strand_px, 0, mask)
+    # What is told by its colour, or by being darker, does not vanish where no light falls.
+    none = np.full(contrast.shape[1], np.nan)
+    dim = (none, none)
+    if sight.sense > 0 and not sight.by_distance:
+        dim = dim_edges(contrast, silhouette, sight.width_px, strand_px)
     top = 255 if pixels.dtype == np.uint8 else 65535
     saturated = float(np.mean(pixels[::3, ::3] >= top))
     return Cut(
@@ -79,6 +89,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         mask,
         abs(ground_noise / level),
         saturated,
+        dim,
     )
 
 
@@ -105,6 +116,13 @@ def crop(
 
 
 def rough_edges(cut: Cut) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the outermost borders, upper and lower, (M,) each: of dim strands where there are."""
+    both = zip(cut.dim, lit_edges(cut), strict=True)
+    upper, lower = (np.where(np.isfinite(dim), dim, lit) for dim, lit in both)
+    return upper, lower
+
+
+def lit_edges(cut: Cut) -> tuple[np.ndarray, np.ndarray]:
     """Rows where the contrast falls through the mask level, upper and lower, (M,) each."""
     c = np.abs(cut.contrast)
     rows, columns = c.shape
@@ -147,6 +165,7 @@ def edge_profiles(
             edge = rough_edges(cut)[side] if known is None else known[i][side]
             slope = _slope(edge)
             flat = np.isfinite(edge) & (np.abs(slope) < 0.25) & ~cut.silhouette.cut
+            flat &= ~np.isfinite(cut.dim[side])
             if flat.sum() < 10:
                 continue
             samples.append(
@@ -185,18 +204,30 @@ def brightness_of(cuts: list[Cut]) -> float:
 def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
     """Sub-pixel edges of every column of the bundle, weighted by how well the model matched."""
     found = []
-    for rough, outward, shade in zip(rough_edges(cut), (1, -1), shading, strict=True):
+    for rough, dim, outward, shade in zip(lit_edges(cut), cut.dim, (1, -1), shading, strict=True):
         # Under a wide blur the rough edge lies further out than a match finds back from. Not all
         # the way: what lies between two strands is found from outside.
-        start = rough + outward * min(inside_at(shade, cut.mask_level) + FOUND_BACK_PX, 0.0)
-        edge, depth, residual = match_edges(
-            cut.contrast, start, outward, shade, _slope(rough), limit_px=2.5
-        )
-        typical = np.nanmedian(depth) if np.isfinite(depth).any() else np.nan
-        with np.errstate(invalid="ignore"):
-            good = (depth > 0.3 * typical) & (depth < 3.0 * typical)
-            quality = 1.0 / (1.0 + (residual / (0.12 * depth)) ** 2)
-        weight = np.where(good & np.isfinite(edge), quality, 0.0)
-        found.append((np.where(weight > 0, edge - cut.half_px, 0.0), np.nan_to_num(weight)))
+        back = min(inside_at(shade, cut.mask_level) + FOUND_BACK_PX, 0.0)
+        edge, weight = _matched(cut, rough, rough + outward * back, outward, shade)
+        is_dim = np.isfinite(dim)
+        if is_dim.any():
+            # Where no edge matches near a dim border, what does further in is where light ends.
+            further, well = _matched(cut, dim, dim, outward, shade)
+            edge, weight = np.where(is_dim, further, edge), np.where(is_dim, well, weight)
+        found.append((np.where(weight > 0, edge - cut.half_px, 0.0), weight))
     (upper, upper_weight), (lower, lower_weight) = found
     return Edges(cut.s_px, upper, lower, upper_weight, lower_weight)
+
+
+def _matched(
+    cut: Cut, rough: np.ndarray, start: np.ndarray, outward: int, shade: Shading
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the edges matched about rough ones, and their weights, 0 where none was."""
+    edge, depth, residual = match_edges(
+        cut.contrast, start, outward, shade, _slope(rough), limit_px=2.5
+    )
+    typical = np.nanmedian(depth) if np.isfinite(depth).any() else np.nan
+    with np.errstate(invalid="ignore"):
+        good = (depth > 0.3 * typical) & (depth < 3.0 * typical)
+        quality = 1.0 / (1.0 + (residual / (0.12 * depth)) ** 2)
+    return edge, np.nan_to_num(np.where(good & np.isfinite(edge), quality, 0.0))

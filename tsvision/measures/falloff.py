@@ -1,0 +1,41 @@
+"""How the contrast falls off along the axis, towards the picture's sides or away from the lamp.
+
+One level for all columns would lose the strings where it is dark: under a shadow on a bright ground
+the mask begins at two thirds of the core's contrast, and a corner may keep only half of that.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+WINDOW_D = 4.0  # over which the contrast is read: longer than a coil, which leaves the axis
+ON_STRINGS = 70.0  # percentile of such a window that lies on the strings
+EVEN = 0.85  # of the contrast in the brighter parts: less anywhere, and light falls off
+DIMMEST = 0.3  # of the contrast in the brighter parts: what is less is ground, or legs apart
+
+
+def falloff_along(core: np.ndarray, width_px: float) -> np.ndarray:
+    """Contrast along the axis (M,), about 1 in the brighter parts; 1 everywhere under even light.
+
+    core (R, M): contrast in the rows about the axis, NaN outside the picture. Where no strings lie
+    on the axis the nearest place that has some tells.
+    """
+    columns = core.shape[1]
+    middle = np.median(np.nan_to_num(core), axis=0)
+    window = WINDOW_D * width_px
+    count = max(round(columns / (0.5 * window)), 1)
+    places = (np.arange(count) + 0.5) * columns / count
+    levels = np.array([_on_strings(middle, p - 0.5 * window, p + 0.5 * window) for p in places])
+    told = levels > DIMMEST
+    if told.sum() < 2:
+        return np.ones(columns)
+    known = np.log(np.interp(places, places[told], levels[told]))
+    smooth = np.exp(gaussian_filter1d(known, 0.7, mode="nearest"))
+    if smooth.min() > EVEN:
+        return np.ones(columns)
+    return np.clip(np.interp(np.arange(columns), places, smooth), DIMMEST, 1.0 / DIMMEST)
+
+
+def _on_strings(middle: np.ndarray, first: float, last: float) -> float:
+    return float(np.percentile(middle[max(int(first), 0) : int(last) + 1], ON_STRINGS))
