@@ -11,7 +11,8 @@ import numpy as np
 
 from tsvision.diagnosis.candidates import usable_shapes
 from tsvision.diagnosis.fit import Fit, fit
-from tsvision.diagnosis.larger_sets import change_by, start_grid
+from tsvision.diagnosis.larger_sets import SCREENED_STARTS, change_by
+from tsvision.diagnosis.layout import start_grid
 from tsvision.diagnosis.noise import Noise
 from tsvision.diagnosis.problem import Problem, prepare
 from tsvision.diagnosis.table import Table
@@ -42,7 +43,7 @@ def signatures(problem: Problem, sigma: np.ndarray) -> tuple[list[str], np.ndarr
     columns: list[np.ndarray] = []
     for name in MECHANISMS:
         for shape in usable_shapes(problem, name)[:1]:
-            starts = start_grid(shape)
+            starts = start_grid(shape.parameters, SCREENED_STARTS)
             change = noise.whiten(change_by(problem, nominal, Part(name, shape), starts))
             names += [name] * len(starts)
             columns += list(whiten(change))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tsvision.diagnosis.bundle_table import LEAST_COUNTS, Diameters
+from tsvision.diagnosis.gain import rms
 from tsvision.diagnosis.select import CLASS_WIDTH
 from tsvision.diagnosis.verdict import Cause, Estimate, Verdict
 from tsvision.diagnosis.words import bundle_paragraph
@@ -52,8 +53,8 @@ def _verdict(data: Diameters, base: str, fits: list[BundleFit], chosen: BundleFi
     explained = bool(chosen.causes)
     status = "no_discrepancy" if not explained else "explained" if len(sets) == 1 else "ambiguous"
     plain = _predict(data, base, null)
-    off = _rms(data.value - plain, several)
-    extended = _rms(data.value - _predict(data, base, chosen), several)
+    off = rms((data.value - plain)[several])
+    extended = rms((data.value - _predict(data, base, chosen))[several])
     gain = _gain(data, base, several)
     causes = _causes_of(chosen)
     ranked = sorted(fits[1:], key=lambda f: -f.log_evidence)
@@ -216,10 +217,6 @@ def _predict(data: Diameters, base: str, fit: BundleFit) -> np.ndarray:
     return np.atleast_2d(_diameter(data, base, fit.causes, values))[0]
 
 
-def _rms(off: np.ndarray, rows: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(off[rows] ** 2)))
-
-
 def _gain(data: Diameters, base: str, several: np.ndarray) -> dict[str, object]:
     """Leave one N out, choosing anew each time; over bundles of several strings."""
     before, after, chosen = [], [], []
@@ -234,11 +231,10 @@ def _gain(data: Diameters, base: str, several: np.ndarray) -> dict[str, object]:
     draw = np.random.default_rng(0).integers(0, len(off), (1000, len(off)))
     ratios = np.sqrt(np.sum(off[draw] ** 2, axis=1) / np.sum(left[draw] ** 2, axis=1))
     low, high = np.quantile(ratios, [0.025, 0.975])
-    base_rms, rms = float(np.sqrt(np.mean(off**2))), float(np.sqrt(np.mean(left**2)))
     return {
-        "held_out_rmse_base_mm": base_rms,
-        "held_out_rmse_extended_mm": rms,
-        "ratio": base_rms / rms,
+        "held_out_rmse_base_mm": rms(off),
+        "held_out_rmse_extended_mm": rms(left),
+        "ratio": rms(off) / rms(left),
         "low": float(low),
         "high": float(high),
         "scheme": "leave-one-N-out",

@@ -18,12 +18,11 @@ from tsvision.diagnosis.facts import (
     proposal_dict,
     residual_of,
     rivals_of,
-    rms,
     rows_of,
     short_gain,
 )
 from tsvision.diagnosis.fit import Fit, fit
-from tsvision.diagnosis.gain import Gain, as_it_came, held_out_gain
+from tsvision.diagnosis.gain import Gain, as_it_came, held_out_gain, rms
 from tsvision.diagnosis.lack_of_fit import MISFIT_P, LackOfFit, lack_of_fit
 from tsvision.diagnosis.observations import Table
 from tsvision.diagnosis.problem import Problem, prepare
@@ -117,9 +116,9 @@ def _compose(
     plain = as_it_came(problem)
     unit = OBSERVABLES[table.observables[0]]
     key = "rmse_mm" if unit == "mm" else "rmse"
-    base = {"model": problem.base, key: rms(table.value - plain, counted), "unit": unit}
+    base = {"model": problem.base, key: rms((table.value - plain)[counted]), "unit": unit}
     shown = best if sets else selection.base
-    extended = {key: rms(table.value - shown.predicted, counted), "unit": unit}
+    extended = {key: rms((table.value - shown.predicted)[counted]), "unit": unit}
     causes = tuple(causes_of(problem, best)) if sets else ()
     following = proposal_dict(proposal_of(problem, selection, sets, survivors)) if sets else None
     rivals = rivals_of(selection, sets)

@@ -22,11 +22,6 @@ OUTLIER_WEIGHT = 0.2  # of a Student-t residual: beyond about 4.5 times the nois
 SHOWN_RIVALS = 4
 
 
-def rms(off: np.ndarray, rows: np.ndarray) -> float:
-    """Root mean square of `off` over `rows`."""
-    return float(np.sqrt(np.mean(off[rows] ** 2)))
-
-
 def causes_of(problem: Problem, best: Fit) -> list[Cause]:
     """The parts of a fit with their parameters and 95 % intervals."""
     found = posterior(problem, best)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tsvision.diagnosis.evidence import log_evidence_of
-from tsvision.diagnosis.layout import Layout
+from tsvision.diagnosis.layout import Layout, start_grid
 from tsvision.diagnosis.linearised import bounded_step, leverage_of, rows_and_jacobian, steps
 from tsvision.diagnosis.noise import (
     Noise,
@@ -94,7 +94,10 @@ def _best_starts(
 
     Returns the best few that lie apart (K, P), and the noise about the best.
     """
-    thetas = layout.clip(_starts(layout))
+    grid = start_grid((p for _, p in layout.keys), MOST_STARTS)
+    thetas = np.zeros((len(grid), layout.total))
+    thetas[:, layout.nz : layout.moved] = grid
+    thetas = layout.clip(thetas)
     for _ in range(2):
         noise = Noise(problem, sigma, rho)
         rows, jacobian = rows_and_jacobian(problem, simulation, layout, thetas)
@@ -128,14 +131,6 @@ def _best_starts(
 
 def _split(layout: Layout, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return theta[:, layout.nz : layout.moved], theta[:, : layout.nz]
-
-
-def _starts(layout: Layout) -> np.ndarray:
-    grid = np.zeros((1, layout.total))
-    for i, (_, p) in enumerate(layout.keys, start=layout.nz):
-        grid = np.repeat(grid, len(p.starts), axis=0)
-        grid[:, i] = np.tile(p.starts, len(grid) // len(p.starts))
-    return grid[:: max(1, -(-len(grid) // MOST_STARTS))]
 
 
 def _descend(

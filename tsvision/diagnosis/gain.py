@@ -61,7 +61,7 @@ def held_out_gain(problem: Problem, selection: Selection, rows: np.ndarray) -> G
         off["extended"].append(value - predict_rows(problem, best, ~fold)[test])
         block.append(test)
     joined = {name: np.concatenate(parts) for name, parts in off.items()}
-    base, refitted, extended = (_rms(joined[name]) for name in off)
+    base, refitted, extended = (rms(joined[name]) for name in off)
     low, high = _interval(problem, joined, np.concatenate(block))
     return Gain(
         scheme=scheme,
@@ -100,7 +100,8 @@ def predict_rows(problem: Problem, fitted: Fit, known: np.ndarray) -> np.ndarray
     return rows + problem.offsets @ np.where(seen, fitted.offsets, 0.0)
 
 
-def _rms(off: np.ndarray) -> float:
+def rms(off: np.ndarray) -> float:
+    """Root mean square."""
     return float(np.sqrt(np.mean(off**2)))
 
 

@@ -23,6 +23,7 @@ from tsvision.diagnosis.candidates import (
     weighed,
 )
 from tsvision.diagnosis.fit import Fit, fit
+from tsvision.diagnosis.layout import start_grid
 from tsvision.diagnosis.noise import Noise
 from tsvision.diagnosis.problem import Problem, bounds, parameters
 from tsvision.mechanisms import MECHANISMS, Shape, Simulation
@@ -30,6 +31,7 @@ from tsvision.mechanisms.shelf import Part
 
 PAIRS_REFINED = 14
 BY_TOTAL = 2 / 3  # of them by the evidence expected in all, the others by the gain alone
+SCREENED_STARTS = 24
 FRESH = 3  # mechanisms whose pairs are also tried from fresh starts
 ALWAYS = ("radius_bias", "coiling")
 DEEPENED = 7
@@ -177,7 +179,7 @@ def _screen(problem: Problem, first: Fit) -> list[tuple[float, Fit, Part, np.nda
             continue
         for shape in usable_shapes(problem, name):
             part = Part(name, shape)
-            starts = start_grid(shape)
+            starts = start_grid(shape.parameters, SCREENED_STARTS)
             change = change_by(problem, first, part, starts)
             white = np.zeros((len(starts), len(residual)))
             white[:, : len(heavy)] = noise.whiten(change) * heavy
@@ -201,16 +203,6 @@ def _sized(shape: Shape, start: np.ndarray, share: float) -> np.ndarray:
     trapped where the rest has bent to it."""
     sizes = np.array([p.null == 0.0 for p in shape.parameters])
     return np.where(sizes, share * start, start)
-
-
-def start_grid(shape: Shape) -> np.ndarray:
-    """The product of a shape's starting values in prior units, at most 24 of them (S, P)."""
-    grid = np.zeros((1, 0))
-    for p in shape.parameters:
-        grid = np.column_stack(
-            [np.repeat(grid, len(p.starts), axis=0), np.tile(p.starts, len(grid))]
-        )
-    return grid[:: max(1, -(-len(grid) // 24))]
 
 
 def change_by(problem: Problem, first: Fit, part: Part, starts: np.ndarray) -> np.ndarray:

@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from scipy.special import ndtr
 
 from tsvision.diagnosis.problem import Problem, bounds, parameters
-from tsvision.mechanisms.shelf import Simulation
+from tsvision.mechanisms.shelf import Parameter, Simulation
 
 MOST_NUISANCE = 4.0  # standard deviations: beyond that an input is wrong, which is a cause
 UNIFORM_RIDGE = 1.0  # a weak pull that keeps a flat direction finite; undone in the evidence
+
+
+def start_grid(parameters: Iterable[Parameter], most: int) -> np.ndarray:
+    """The product of the parameters' starts in prior units, thinned to at most `most` (S, P)."""
+    grid = np.zeros((1, 0))
+    for p in parameters:
+        grid = np.column_stack(
+            [np.repeat(grid, len(p.starts), axis=0), np.tile(p.starts, len(grid))]
+        )
+    return grid[:: max(1, -(-len(grid) // most))]
 
 
 class Layout:

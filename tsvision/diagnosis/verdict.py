@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-STATUSES = ("explained", "ambiguous", "unexplained", "no_discrepancy")
-
 
 @dataclass(frozen=True)
 class Estimate:

@@ -103,10 +103,6 @@ class State:
     coiled_rad: np.ndarray
     legs: np.ndarray
 
-    def cos_helix(self) -> np.ndarray:
-        """cos β of the zone's mean helix, tan β = α r / L."""
-        return self.zone_mm / np.hypot(self.zone_mm, self.alpha_rad * self.radius_mm)
-
 
 def bounded(number: np.ndarray, low: float, high: float) -> np.ndarray:
     """`np.clip` without its overhead; the solver may step a little beyond a bound."""
