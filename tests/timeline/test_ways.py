@@ -219,6 +219,16 @@ def test_a_thing_without_twist_is_not_called_free_of_knots() -> None:
     told = account(frames, series.knots, RIG)
     assert told.onsets["knot_onset"].status == "undetermined"
     assert "recognised in only 0 of" in told.reasons["knot_onset"]
+    assert told.frames["knot_count"].isna().all() and (told.frames["phase"] == "").all()
+
+
+def test_what_stands_out_of_a_thing_without_twist_is_no_knot() -> None:
+    series = simulate(CALM)
+    frames = series.frames.assign(turns_seen=np.nan, pitch_px=np.nan)
+    assert len(account(series.frames, series.knots, RIG).knots)
+    told = account(frames, series.knots, RIG)
+    assert not len(told.knots) and len(told.rejected) >= len(series.knots)
+    assert not told.tracks["confirmed"].any()
 
 
 @pytest.mark.parametrize(("string_mm", "status"), [(0.24, "observed"), (0.06, "undetermined")])

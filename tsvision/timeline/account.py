@@ -22,6 +22,7 @@ from tsvision.timeline.consistency import (
     disorder,
     miscounted,
     mismatch,
+    no_twist_seen,
     too_early,
 )
 from tsvision.timeline.criteria import LEVEL_OF_ONSET, Criteria
@@ -89,6 +90,9 @@ def account(
     least = least_believed(frames, knots, order)
     onsets, reasons = without_what_noise_hides(onsets, reasons, least)
     onsets, reasons = without_what_is_unknown(onsets, reasons, frames, rig)
+    unseen = no_twist_seen(frames, order)
+    if unseen:
+        tracking = tracking.disbelieved()
     near = near_misses(tracking.tracks, rig)
     onsets, reasons = without_near_misses(onsets, reasons, near)
     kept, rejected = split_sightings(frames, knots, tracking, order, histories[3])
@@ -100,6 +104,8 @@ def account(
         "cycles": repeatability(by_cycle, criteria.level),
     }
     told = tell_frames(frames, tracking, histories, order, criteria)
+    if unseen:  # neither a phase nor a count of none may stand for what was not looked at
+        told = told.assign(phase="", knot_count=np.nan)
     notes = _notes(order, tracking) + camera_moves(frames)
     notes += tuple(filter(None, [miscounted(frames, order, criteria)]))
     notes += passing(histories[3], order, onsets["knot_onset"])

@@ -48,7 +48,7 @@ def mismatch(frames: pd.DataFrame, order: Order, rig: Rig = Rig()) -> str:
     given = order.known & np.isfinite(order.wind)
     if given.sum() < 0.5 * len(frames):
         return f"the turns of {len(frames) - int(given.sum())} of {len(frames)} frames are unknown"
-    unseen = _no_twist_seen(frames, order) or _not_these_strings(frames, rig)
+    unseen = no_twist_seen(frames, order) or _not_these_strings(frames, rig)
     if unseen:
         return unseen
     ranks = _following(frames, order, given)
@@ -111,7 +111,7 @@ def too_early(frames: pd.DataFrame, coiling: Onset) -> str:
     )
 
 
-def _no_twist_seen(frames: pd.DataFrame, order: Order) -> str:
+def no_twist_seen(frames: pd.DataFrame, order: Order) -> str:
     """A reason where hardly any frame shows a twist that must be there: then something else than
     the bundle was measured, and its silence about knots means nothing."""
     there = [name for name in ("pitch_px", "pitch_mm", "turns_seen") if name in frames]

@@ -10,7 +10,7 @@ place counts for more than it does alone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
@@ -65,6 +65,11 @@ class Tracking:
     confirmed: np.ndarray
     artefact: np.ndarray
     chance: np.ndarray
+
+    def disbelieved(self) -> Tracking:
+        """The same with no track that counts."""
+        none = np.zeros(len(self.confirmed), dtype=bool)
+        return replace(self, confirmed=none, tracks=self.tracks.assign(confirmed=False))
 
 
 def track_knots(
