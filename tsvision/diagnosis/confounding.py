@@ -9,6 +9,8 @@ from tsvision.diagnosis.select import CLASS_WIDTH
 
 TEMPER = 0.03  # share of the gain by which the class widens when even the best does not fit well
 MOST_TEMPER = 5.0
+SMALLER_WIDTH = 4.0  # how near a set without the last cause may come, to be a rival, …
+SMALLER_SHARE = 0.012  # … or as a share of the gain
 ONE_RADIUS = ("radius_bias", "angle_scale", "camera_scale")  # α r, and the D that was stated for it
 TELL_RADIUS = {  # what depends on r, α or the camera otherwise than through α r
     "diameter_mm",
@@ -25,7 +27,8 @@ def equivalent_sets(
 ) -> tuple[list[tuple[str, ...]], list[Candidate]]:
     """Sets of causes within reach of the chosen one (itself first), and those that were fitted.
 
-    A set larger than the chosen one is no rival: its further cause has not earned its place.
+    A set larger than the chosen one is no rival: its further cause has not earned its place. One
+    that is smaller is a rival where the chosen one's further cause has but just earned its own.
     """
     chosen = selection.chosen
     if chosen is None:
@@ -33,12 +36,14 @@ def equivalent_sets(
     width = CLASS_WIDTH
     if not fits_well:
         width += min(TEMPER * selection.gain(chosen), MOST_TEMPER)
+    smaller_width = max(SMALLER_WIDTH, SMALLER_SHARE * selection.gain(chosen))
+    widths = {len(chosen.names): width, len(chosen.names) - 1: smaller_width}
     rivals = [
         c
         for c in selection.candidates
-        if len(c.names) == len(chosen.names)
-        and c.names != chosen.names
-        and chosen.log_evidence - c.log_evidence < width
+        if c.names != chosen.names
+        and len(c.names) in widths
+        and chosen.log_evidence - c.log_evidence < widths[len(c.names)]
     ]
     sets = [chosen.names, *(c.names for c in rivals)]
     for twin in exact_twins(sets, observables):

@@ -15,7 +15,7 @@ from tsvision.mechanisms.shelf import OBSERVABLES
 from tsvision.mechanisms.state import Conditions
 
 ENOUGH = 6.0  # a difference of so many standard deviations decides; more is worth nothing
-ENOUGH_SWEPT = 2.5  # the same where the observable is read all along a run
+ENOUGH_SWEPT = 1.2  # the same where the observable is read all along the runs, some dozens of times
 LEVELS = 8
 FIRST = 0.03  # of the largest turns: before much is laid, where a step or dead zone still shows
 
