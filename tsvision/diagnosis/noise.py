@@ -18,32 +18,35 @@ class Noise:
     """Turns residuals into innovations in units of the noise: AR(1) within runs, scaled."""
 
     def __init__(self, problem: Problem, sigma: np.ndarray, rho: np.ndarray) -> None:
-        table = problem.table
         self.sigma, self.rho = sigma, rho
-        self.first = table.before < 0
-        self.before = np.where(self.first, 0, table.before)
-        self.back = np.where(self.first, 0.0, rho[table.observable])
-        lead = np.where(self.first, np.sqrt(1.0 - rho[table.observable] ** 2), 1.0)
-        self.scale = lead / (sigma[table.observable] * problem.row_scale)
-        # A row's own scale also weighs its predecessor, so that value_sd may vary along a run.
-        self.ratio = problem.row_scale / problem.row_scale[self.before]
+        chain = problem.chain
+        self.before = chain.before
+        follows = chain.follows * rho[problem.table.observable]
+        self.back = follows * chain.ratio
+        lead = np.sqrt(1.0 - rho**2)[problem.table.observable]
+        lead = np.where(chain.first, lead, 1.0)
+        self.scale = lead / (sigma[problem.table.observable] * problem.row_scale)
         self.log_det = float(np.sum(np.log(self.scale)))
         self.nu = problem.tail
 
     def whiten(self, array: np.ndarray) -> np.ndarray:
         """Along the row axis: (n,), (S, n) or (S, n, P) with the row axis second to last there."""
         if array.ndim == 3:
-            back = (self.back * self.ratio)[:, None]
-            return (array - back * array[:, self.before]) * self.scale[:, None]
-        return (array - self.back * self.ratio * array[..., self.before]) * self.scale
+            return (array - self.back[:, None] * array[:, self.before]) * self.scale[:, None]
+        return (array - self.back * array[..., self.before]) * self.scale
 
 
 def minus_log_likelihood(innovation: np.ndarray, noise: Noise) -> np.ndarray:
     """Of innovations (..., n), summed over the rows: Student-t, with the scales' determinant."""
     nu = noise.nu
     bowl = 0.5 * (nu + 1) * np.log1p(innovation**2 / nu)
-    constant = gammaln((nu + 1) / 2) - gammaln(nu / 2) - 0.5 * np.log(nu * np.pi)
-    return np.sum(bowl, axis=-1) - noise.log_det - innovation.shape[-1] * float(constant)
+    return np.sum(bowl, axis=-1) - noise.log_det - innovation.shape[-1] * _peak(nu)
+
+
+@cache
+def _peak(nu: float) -> float:
+    """Log density of Student's t at 0."""
+    return float(gammaln((nu + 1) / 2) - gammaln(nu / 2) - 0.5 * np.log(nu * np.pi))
 
 
 def weights_of(innovation: np.ndarray, nu: float) -> np.ndarray:
@@ -91,7 +94,7 @@ def new_sigma(
     for _ in range(4):
         ratio = squares * np.exp(-2.0 * log)
         slope = left - ratio + worth * (log - usual)
-        log = log - np.clip(slope / (2.0 * ratio + worth), -1.0, 1.0)
+        log = log - np.minimum(np.maximum(slope / (2.0 * ratio + worth), -1.0), 1.0)
     fresh = np.exp(log)
     return np.maximum(fresh, _floor(problem))
 

@@ -52,6 +52,18 @@ STATED_SD = 0.4  # of the log of (noise / stated value_sd)
 
 
 @dataclass(frozen=True)
+class Chain:
+    """How rows follow each other, arrays (n,): `before` the row before (0 for a `first` one),
+    `follows` 1 where there is one, `ratio` of the rows' relative noise: a row's own also weighs its
+    predecessor, so that value_sd may vary along a run."""
+
+    first: np.ndarray
+    follows: np.ndarray
+    before: np.ndarray
+    ratio: np.ndarray
+
+
+@dataclass(frozen=True)
 class Problem:
     """What all fits to one table share. `columns` names the nuisances in their order."""
 
@@ -75,6 +87,13 @@ class Problem:
     @property
     def nuisances(self) -> int:
         return len(self.columns)
+
+    @cached_property
+    def chain(self) -> Chain:
+        """How the rows follow each other within runs."""
+        first = self.table.before < 0
+        before = np.where(first, 0, self.table.before)
+        return Chain(first, 1.0 - first, before, self.row_scale / self.row_scale[before])
 
     @cached_property
     def _rows_of(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
