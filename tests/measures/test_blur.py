@@ -13,7 +13,7 @@ from tests.measures.test_edges import offsets_for, seen, tube
 from tsvision.images.linear import to_linear
 from tsvision.measures.blur import alike, blur_of
 from tsvision.measures.recording import Measurer
-from tsvision.measures.shading import fit_shading
+from tsvision.measures.shading_fit import fit_shading
 from tsvision.records import Frame, Rig, Strings, View
 
 DIAMETER_PX = 24.0

@@ -11,11 +11,12 @@ from tsvision.measures.shading import (
     LAMPS_RAD,
     EdgeProfile,
     edge_samples,
-    fit_shading,
     inside_px,
     make_shading,
     mean_profile,
 )
+from tsvision.measures.shading_fit import fit_shading
+from tsvision.measures.shading_lamp import fit_lamp
 from tsvision.measures.uncertainty import edge_model_sd_px
 
 FINE = 0.01
@@ -60,7 +61,7 @@ def test_the_edge_of_a_lit_tube_lies_outside_its_half_level(
     rho_px: float, angle_deg: float
 ) -> None:
     """Ambient 0.3, one lamp: the half level is 0.2 to 1.5 px inside on the mean of both sides; the
-    model is within 0.25 px and says how far it may be off."""
+    model, to which this light is known, is where the edge is."""
     offsets = offsets_for(rho_px)
     turn = np.deg2rad(angle_deg)
     sides = [
@@ -72,9 +73,30 @@ def test_the_edge_of_a_lit_tube_lies_outside_its_half_level(
         (seen(rho_px, sides[0], offsets), seen(rho_px, sides[1], offsets)), rho_px
     )
     error = abs(float(place.sum()))
-    assert error < 0.5 * sum(half)
-    assert error < 0.5
+    assert sum(half) > 0.4
+    assert error < 0.03
     assert error < 3.0 * edge_model_sd_px((upper, lower))
+
+
+@pytest.mark.parametrize("angle_deg", [0.0, 30.0, 60.0])
+@pytest.mark.parametrize("rho_px", [6.0, 15.0])
+def test_one_lamp_is_found_for_what_it_is(rho_px: float, angle_deg: float) -> None:
+    """What was drawn by one lamp: its direction, and the edges where they are."""
+    offsets = offsets_for(rho_px)
+    turn = np.deg2rad(angle_deg)
+    sides = [
+        seen(
+            rho_px,
+            tube(offsets + 0.2, rho_px, 1.0, 0.3, 0.7 * np.cos(turn), sign * 0.7 * np.sin(turn)),
+            offsets,
+        )
+        for sign in (1.0, -1.0)
+    ]
+    sd = tuple(s.sd for s in sides)
+    lamp = fit_lamp((sides[0], sides[1]), sd, rho_px, 1.3, 4.5)
+    np.testing.assert_allclose(lamp.places_px, -0.2, atol=0.05)
+    assert np.rad2deg(lamp.theta_rad) == pytest.approx(angle_deg, abs=3.0)
+    assert lamp.blur_px == pytest.approx(1.0, abs=0.03)
 
 
 def test_the_light_found_is_the_light_that_shone() -> None:

@@ -18,11 +18,11 @@ from tsvision.measures.shading import (
     EdgeProfile,
     Shading,
     edge_samples,
-    fit_shading,
     inside_at,
     inside_px,
     mean_profile,
 )
+from tsvision.measures.shading_fit import fit_shading
 from tsvision.measures.strands import Silhouette, outline
 
 FOUND_BACK_PX = 1.5  # from how far outside a match comes to the edge

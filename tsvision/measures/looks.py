@@ -29,7 +29,8 @@ from tsvision.measures.helix import Section
 from tsvision.measures.legs import Face, face_from_legs
 from tsvision.measures.search import POOR
 from tsvision.measures.section import pair_core
-from tsvision.measures.shading import Shading, fit_shading, plain_shading
+from tsvision.measures.shading import Shading, plain_shading
+from tsvision.measures.shading_fit import fit_shading
 from tsvision.measures.windows import near_window
 from tsvision.records import Rig, Scale
 

@@ -1,0 +1,97 @@
+"""The edge of a strand lit by one lamp and by light from all around: five numbers a pair of edges.
+
+In units of the core's contrast, t px inside the edge, sin phi = x = 1 - t / rho,
+
+    I(t) = ground + ambient + w max(0, cos(phi - theta)),
+
+with theta and w common to both edges (the lamp of one limb's side is at -theta from the other's).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.optimize import least_squares, nnls
+
+from tsvision.measures.shading import (
+    TEMPLATE_GRID_PX,
+    TEMPLATE_STEP_PX,
+    EdgeProfile,
+    inside_of,
+)
+
+STARTS_RAD = np.deg2rad([-45.0, 0.0, 45.0])
+FURTHEST_RAD = 1.6
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """The lamp's direction from the upper limb's side, blur, both edges' places (2,) on the
+    profiles' axis, and the sum of squared residuals in units of the sd given."""
+
+    theta_rad: float
+    blur_px: float
+    places_px: np.ndarray
+    misfit: float
+
+
+def fit_lamp(
+    profiles: tuple[EdgeProfile, EdgeProfile],
+    sd: tuple[np.ndarray, ...],
+    rho_px: float,
+    blur_start_px: float,
+    furthest_px: float,
+) -> Lamp:
+    """Fit the mean profiles (upper, lower) of strands brighter than their ground, each value with
+    its sd (K,)."""
+
+    def off(q: np.ndarray) -> np.ndarray:
+        return _residuals(profiles, sd, rho_px, q)
+
+    fits = [
+        least_squares(
+            off,
+            [blur_start_px, 0.0, 0.0, theta],
+            bounds=(
+                [0.35, -furthest_px, -furthest_px, -FURTHEST_RAD],
+                [6.0, 2.5, 2.5, FURTHEST_RAD],
+            ),
+            x_scale=[0.2, 0.2, 0.2, 0.3],
+            diff_step=1e-3,
+            max_nfev=40,
+        )
+        for theta in STARTS_RAD
+    ]
+    best = min(fits, key=lambda f: f.cost)
+    return Lamp(float(best.x[3]), float(best.x[0]), best.x[1:3], float(2.0 * best.cost))
+
+
+def _residuals(
+    profiles: tuple[EdgeProfile, EdgeProfile],
+    sd: tuple[np.ndarray, ...],
+    rho_px: float,
+    q: np.ndarray,
+) -> np.ndarray:
+    """For q = (blur, both places, theta): of both profiles, light by least squares."""
+    inside, x = inside_of(rho_px)
+    facing = np.sqrt(1.0 - x * x)
+    width = max(q[0], 0.2) / TEMPLATE_STEP_PX
+    target = np.concatenate([p.value / s for p, s in zip(profiles, sd, strict=True)])
+    design = np.zeros((target.size, 7))  # the lamp; ambient and the ground's error of each side
+    first = 0
+    for side, (p, s) in enumerate(zip(profiles, sd, strict=True)):
+        theta = q[3] if side == 0 else -q[3]
+        lit = inside * np.maximum(np.cos(theta) * facing + np.sin(theta) * x, 0.0)
+        shapes = gaussian_filter1d(
+            np.stack([lit, inside]), width, axis=1, mode="nearest", truncate=3.5
+        )
+        seen = [np.interp(p.t_px - q[1 + side], TEMPLATE_GRID_PX, shape) for shape in shapes]
+        rows = slice(first, first + p.t_px.size)
+        design[rows, 0] = seen[0] / s
+        design[rows, 1 + 3 * side] = seen[1] / s
+        design[rows, 2 + 3 * side], design[rows, 3 + 3 * side] = 1.0 / s, -1.0 / s
+        first += p.t_px.size
+    light, _ = nnls(design, target)
+    return np.asarray(design @ light - target)
