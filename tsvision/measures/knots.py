@@ -26,8 +26,9 @@ PLAIN = 1.70  # of the lower quartile of E: what reaches it is a knot whatever t
 # lower quartile of an even coil comes out a tenth low, and stretches seen better look like knots.
 BEATS = 1.4  # periods over which the envelope is closed where its baseline is read
 # One view shows E only where a lobe of the coil happens to point sideways: either end of a knot
-# comes out short by up to half a lobe, both together by this part of D on average.
-COMES_SHORT = 0.3
+# comes out short by up to half a lobe, both together by this part of D; of a young one, of which a
+# single lobe reaches out of the bundle, no more may show than the lobe itself.
+COMES_SHORT = 0.45
 JOINED = 0.4  # of a coil: what stands out so near to each other is one
 OWN_COIL = 0.7  # of a knot's own coil, over which it is closed to tell it from its neighbour
 

@@ -14,6 +14,8 @@ from tsvision.timeline.order import Order, numbers
 from tsvision.timeline.phases import levels, names
 from tsvision.timeline.tracks import GAP_FRAMES, Tracking
 
+CENTRES = ("centre_mm", "centre_px", "centre_x_px", "centre_y_px")
+EVENED = 5  # frames over which a knot's place is told by the middle one
 PLACED = ("centre_mm", "length_mm", "max_diameter_mm", "centre_x_px", "centre_y_px")
 
 
@@ -69,7 +71,29 @@ def split_sightings(
     bridges = _bridges(frames, kept, order)
     if bridges:
         kept = pd.concat([kept, pd.DataFrame(bridges)[list(kept.columns)]])
+    kept = _evened(kept, frames, order)
     return kept.sort_values(["frame", "track"], kind="stable").reset_index(drop=True), rejected
+
+
+def _evened(kept: pd.DataFrame, frames: pd.DataFrame, order: Order) -> pd.DataFrame:
+    """`kept` with the places of each track evened out over neighbouring frames: a knot drifts, but
+    which of its lobes one view shows, and hence where it seems to lie, changes with every frame."""
+    step_of = {name: i for i, name in enumerate(frames["frame"].to_numpy()[order.rows])}
+    in_time = kept["frame"].map(step_of).argsort(kind="stable")
+    even = kept.iloc[in_time].reset_index(drop=True)
+    for name in [c for c in CENTRES if c in even]:
+        place = even[name].astype(float)
+        for _, one in place.groupby(even["track"]):
+            place.loc[one.index] = _evened_out(one.to_numpy())
+        even[name] = place
+    return even
+
+
+def _evened_out(places: np.ndarray) -> np.ndarray:
+    """Each the median of as many on either side: of fewer towards the ends, lest drift be lost."""
+    last, half = len(places) - 1, EVENED // 2
+    reach = [min(i, last - i, half) for i in range(last + 1)]
+    return np.array([np.median(places[i - r : i + r + 1]) for i, r in enumerate(reach)])
 
 
 def _bridges(frames: pd.DataFrame, kept: pd.DataFrame, order: Order) -> list[dict[str, object]]:
