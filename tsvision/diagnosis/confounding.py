@@ -9,8 +9,10 @@ from tsvision.diagnosis.select import CLASS_WIDTH
 
 TEMPER = 0.03  # share of the gain by which the class widens when even the best does not fit well
 MOST_TEMPER = 5.0
-SMALLER_WIDTH = 4.0  # how near a set without the last cause may come, to be a rival, …
-SMALLER_SHARE = 0.012  # … or as a share of the gain
+# How near a set without the last cause may come, to be a rival, or as a share of the gain: a single
+# cause in a form that is not on the shelf leaves a second so much as often as two causes do.
+SMALLER_WIDTH = 6.0
+SMALLER_SHARE = 0.02
 ONE_RADIUS = ("radius_bias", "angle_scale", "camera_scale")  # α r, and the D that was stated for it
 TELL_RADIUS = {  # what depends on r, α or the camera otherwise than through α r
     "diameter_mm",

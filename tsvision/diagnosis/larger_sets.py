@@ -27,6 +27,7 @@ from tsvision.diagnosis.layout import start_grid
 from tsvision.diagnosis.noise import Noise
 from tsvision.diagnosis.problem import Problem, bounds, parameters
 from tsvision.mechanisms import MECHANISMS, Shape, Simulation
+from tsvision.mechanisms.drifting import ELASTIC
 from tsvision.mechanisms.shelf import Part
 
 PAIRS_REFINED = 14
@@ -68,18 +69,22 @@ def _options(problem: Problem, single: Candidate) -> tuple[str, str]:
     return single.best.simulation.parts[0].shape.name, (by_load or usable)[0]
 
 
-def other_shapes(problem: Problem, best: Fit) -> list[Fit]:
-    """The same set with one part in another shape, from where the set stands."""
+def other_shapes(problem: Problem, best: Fit, fresh: bool = False) -> list[Fit]:
+    """The same set with one part in another shape, from where the set stands; or `fresh`, from
+    starts of its own in shapes that do not drift."""
     found = []
     for i, part in enumerate(best.simulation.parts):
         for shape in usable_shapes(problem, part.mechanism):
-            if shape.name == part.shape.name:
+            if shape.name == part.shape.name or (fresh and shape.name.endswith(ELASTIC)):
                 continue
             parts = list(best.simulation.parts)
             parts[i] = Part(part.mechanism, shape)
             simulation = replace(best.simulation, parts=tuple(parts))
-            start = carried_over(problem, best, simulation)
-            found.append(fit(problem, simulation, start, noise=(best.sigma, best.rho)))
+            if fresh:
+                found.append(fit(problem, simulation))
+            else:
+                start = carried_over(problem, best, simulation)
+                found.append(fit(problem, simulation, start, noise=(best.sigma, best.rho)))
     return found
 
 

@@ -59,11 +59,7 @@ def select(problem: Problem, hints: Selection | None = None) -> Selection:
             candidates = merged(problem, candidates, fresh_pairs(problem, singles))
     chosen = _choose(problem, base, candidates)
     if chosen is not None and len(chosen.names) == 2:
-        if hints is None:
-            candidates = merged(problem, candidates, other_shapes(problem, chosen.best))
-        pairs = sorted((c for c in candidates if len(c.names) == 2), key=lambda c: -c.log_evidence)
-        if hints is not None or lack_of_fit(problem, pairs[0].best).p < HARDLY_ALL_P:
-            candidates += extended(problem, pairs[:PAIRS_EXTENDED], hints, TRIPLES_REFINED)
+        candidates = _beyond_pairs(problem, candidates, chosen, hints)
         chosen = _choose(problem, base, candidates)
     if chosen is not None and len(chosen.names) == 3 and hints is None:
         fits = other_shapes(problem, chosen.best) + without_one(problem, chosen.best)
@@ -71,6 +67,26 @@ def select(problem: Problem, hints: Selection | None = None) -> Selection:
         chosen = _choose(problem, base, candidates)
     ranked = tuple(sorted(candidates, key=lambda c: -c.log_evidence))
     return Selection(base, ranked, chosen)
+
+
+def _beyond_pairs(
+    problem: Problem, candidates: list[Candidate], chosen: Candidate, hints: Selection | None
+) -> list[Candidate]:
+    """The chosen pair in other shapes; where even the best pair leaves anything, also from fresh
+    starts, and triples."""
+    if hints is None:
+        candidates = merged(problem, candidates, other_shapes(problem, chosen.best))
+        best = _pairs(candidates)[0].best
+        if lack_of_fit(problem, best).p >= HARDLY_ALL_P:
+            return candidates
+        candidates = merged(problem, candidates, other_shapes(problem, best, fresh=True))
+    pairs = _pairs(candidates)[:PAIRS_EXTENDED]
+    return candidates + extended(problem, pairs, hints, TRIPLES_REFINED)
+
+
+def _pairs(candidates: list[Candidate]) -> list[Candidate]:
+    """The pairs, by falling evidence."""
+    return sorted((c for c in candidates if len(c.names) == 2), key=lambda c: -c.log_evidence)
 
 
 def _leaves_structure(problem: Problem, base: Fit, best: Candidate) -> bool:
