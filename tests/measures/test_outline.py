@@ -85,6 +85,19 @@ def test_one_knot_stays_one(length: float) -> None:
     assert seen == pytest.approx(length, abs=D)
 
 
+@pytest.mark.parametrize("end", ["separator", "connector"])
+def test_legs_that_part_and_what_the_connector_grips_are_no_knots(end: str) -> None:
+    """Edges that spread over the last D of what is seen; a knot that begins there is one."""
+    first = end == "separator"
+    plain, spread = drawn([]), drawn([])
+    s = spread.s_px if first else spread.s_px[::-1]
+    wide = 0.6 * D * (s < 0.9 * D)
+    spread = Edges(plain.s_px, plain.upper_px + wide, plain.lower_px - wide, *[np.ones(LENGTH)] * 2)
+    assert not seen(plain, looks()).knots and not seen(spread, looks()).knots
+    there = (0.0, 4.0 * D) if first else (LENGTH - 4.0 * D, float(LENGTH))
+    assert len(outlined([there])) == 1
+
+
 def test_many_knots_leave_the_baseline_alone() -> None:
     """Two knots over more than half of the zone: E0 is that of the coils between them."""
     none = seen(drawn([]), looks()).row.baseline_envelope_px

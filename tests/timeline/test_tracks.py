@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from tests.timeline.series import KNOT_COLUMNS
 from tsvision.timeline.chain import Histories
@@ -63,6 +64,19 @@ def test_a_gap_is_part_of_the_track_and_is_bridged() -> None:
     assert kept.loc[~kept["seen"], "frame"].tolist() == [4, 5]
     assert np.allclose(kept["centre_mm"], 8 + 0.1 * np.arange(10))
     assert kept["track"].nunique() == 1
+
+
+def test_places_are_evened_out_along_a_track_and_drift_stays() -> None:
+    off = np.array([0.0, 0.4, 0.0, 0.0, -0.5, 0.0, 0.0, 0.3, 0.0, 0.0])  # lobes that happen to show
+    places = {i: [8 + 0.1 * i + float(off[i])] for i in range(10)}
+    frames, knots = tables(places, 10)
+    order = order_frames(frames)
+    there = np.ones(len(frames))
+    tracking = track_knots(frames, knots, order)
+    kept, _ = split_sightings(frames, knots, tracking, order, Histories(there, there > 0))
+    error = kept["centre_mm"].to_numpy() - (8 + 0.1 * np.arange(10))
+    assert np.abs(error).max() <= 0.25 and np.abs(error).mean() < 0.4 * np.abs(off).mean() + 0.05
+    assert kept["centre_mm"].iloc[[0, -1]].tolist() == pytest.approx([8.0, 8.9])
 
 
 def test_two_that_meet_merge_into_the_one_that_goes_on() -> None:

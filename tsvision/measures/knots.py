@@ -29,6 +29,7 @@ BEATS = 1.4  # periods over which the envelope is closed where its baseline is r
 # comes out short by up to half a lobe, both together by this part of D; of a young one, of which a
 # single lobe reaches out of the bundle, no more may show than the lobe itself.
 COMES_SHORT = 0.45
+AT_END = 1.2  # of D, from either end of what is seen: what lies there alone belongs to the end
 JOINED = 0.4  # of a coil: what stands out so near to each other is one
 OWN_COIL = 0.7  # of a knot's own coil, over which it is closed to tell it from its neighbour
 
@@ -100,9 +101,20 @@ def knots_along(outline: Outline, base_px: float, place_px: np.ndarray) -> list[
     if not np.isfinite(base_px):
         return found
     for knot in sought(outline.tight_px, JOINED * outline.period_px):
+        if _is_an_end(outline, *knot.ends_mm):
+            continue
         parts = _parts(outline, *knot.ends_mm, sought)
         found += parts if len(parts) > 1 else [knot]
     return found
+
+
+def _is_an_end(outline: Outline, low_px: float, high_px: float) -> bool:
+    """Whether what stands out between two s is the legs that part, or what the connector grips: it
+    reaches to the end of what is seen, and not far from there."""
+    seen = outline.edges.s_px[outline.known]
+    near = AT_END * outline.diameter_px
+    first, last = float(seen[0]), float(seen[-1])
+    return high_px < first + near or low_px > last - near
 
 
 def _parts(
