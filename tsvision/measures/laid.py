@@ -15,6 +15,7 @@ import numpy as np
 
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.helix import KC, RC, Edges, K
+from tsvision.measures.spectrum import spectrum
 
 TIGHTEST, WIDEST = 0.8, 2.5  # pitches of a knot's coils, in D
 BEYOND = 0.3  # D on either side of a knot, where its coils begin
@@ -88,8 +89,7 @@ def coil_rate(edges: Edges, low_px: float, high_px: float, diameter_px: float) -
     middle = np.interp(part.s_px, part.s_px[both], (0.5 * (part.upper_px + part.lower_px))[both])
     tapered = np.hanning(middle.size) * (middle - middle.mean())
     rates = 2.0 * np.pi / diameter_px * np.linspace(1.0 / WIDEST, 1.0 / TIGHTEST, 200)
-    swing = np.abs(np.exp(-1j * np.outer(rates, np.arange(middle.size))) @ tapered)
-    return float(rates[int(np.argmax(swing))])
+    return float(rates[int(np.argmax(np.abs(spectrum(tapered, 0.0, rates))))])
 
 
 def _mend(found: BundleFit, s_px: np.ndarray, reach: np.ndarray) -> float:

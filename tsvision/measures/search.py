@@ -32,6 +32,7 @@ from tsvision.measures.helix import (
     fit_helix,
     silhouette,
 )
+from tsvision.measures.spectrum import spectrum
 
 _FREE_STRAIGHT = tuple(i for i in STRAIGHT if i < 8)
 _FREE_COILED = tuple(i for i in COILED if i < 8)
@@ -191,7 +192,7 @@ def spectrum_peaks(
     y = y - slope * z
     taper = w * (0.5 + 0.5 * np.cos(2 * np.pi * z / (2.1 * span)))
     taper /= max(taper.sum(), 1e-9)
-    amplitude = 2.0 * (np.exp(-1j * np.outer(rates, z)) @ (taper * y))
+    amplitude = 2.0 * spectrum(taper * y, float(z[0]), rates)
     power = np.abs(amplitude)
     peaks = [
         i
