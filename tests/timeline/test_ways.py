@@ -231,6 +231,16 @@ def test_what_stands_out_of_a_thing_without_twist_is_no_knot() -> None:
     assert not told.tracks["confirmed"].any()
 
 
+@pytest.mark.parametrize(("blur_px", "status"), [(2.5, "observed"), (4.0, "undetermined")])
+def test_a_shadow_is_not_taken_for_the_bundle(blur_px: float, status: str) -> None:
+    series = simulate(CALM)
+    frames = series.frames.assign(blur_px=blur_px, mm_per_px=0.03)  # strings of 8 px
+    told = account(frames, series.knots, Rig(strings=Strings(count=2, diameter_mm=0.24)))
+    assert told.onsets["knot_onset"].status == status
+    assert ("shadow" in told.reasons["knot_onset"]) == (status == "undetermined")
+    assert bool(len(told.knots)) == (status == "observed")
+
+
 @pytest.mark.parametrize(("string_mm", "status"), [(0.24, "observed"), (0.06, "undetermined")])
 def test_a_thing_too_thick_for_its_strings_is_not_believed(string_mm: float, status: str) -> None:
     series = simulate(CALM)  # D = 0.48 mm: two strings of 0.24, never of 0.06

@@ -22,7 +22,7 @@ from tsvision.timeline.consistency import (
     disorder,
     miscounted,
     mismatch,
-    no_twist_seen,
+    not_the_strings,
     too_early,
 )
 from tsvision.timeline.criteria import LEVEL_OF_ONSET, Criteria
@@ -90,7 +90,7 @@ def account(
     least = least_believed(frames, knots, order)
     onsets, reasons = without_what_noise_hides(onsets, reasons, least)
     onsets, reasons = without_what_is_unknown(onsets, reasons, frames, rig)
-    unseen = no_twist_seen(frames, order)
+    unseen = not_the_strings(frames, order, rig)
     if unseen:
         tracking = tracking.disbelieved()
     near = near_misses(tracking.tracks, rig)

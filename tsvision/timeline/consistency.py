@@ -28,6 +28,7 @@ RISING = (
 )
 TWISTED_TURNS = 3.0
 LEAST_SEEN = 0.3
+MOST_BLUR = 0.38  # sd over a string's diameter: strings side by side then differ by 6 % of contrast
 LEAST_OF_SOLID = 0.7  # scale, edges and hard light may be off by so much, not by more
 MOST_OF_RING = 1.6
 LEAST_FRAMES = 8
@@ -48,7 +49,7 @@ def mismatch(frames: pd.DataFrame, order: Order, rig: Rig = Rig()) -> str:
     given = order.known & np.isfinite(order.wind)
     if given.sum() < 0.5 * len(frames):
         return f"the turns of {len(frames) - int(given.sum())} of {len(frames)} frames are unknown"
-    unseen = no_twist_seen(frames, order) or _not_these_strings(frames, rig)
+    unseen = not_the_strings(frames, order, rig) or _not_of_their_width(frames, rig)
     if unseen:
         return unseen
     ranks = _following(frames, order, given)
@@ -111,7 +112,27 @@ def too_early(frames: pd.DataFrame, coiling: Onset) -> str:
     )
 
 
-def no_twist_seen(frames: pd.DataFrame, order: Order) -> str:
+def not_the_strings(frames: pd.DataFrame, order: Order, rig: Rig) -> str:
+    """A reason to believe that nothing in these frames was read off the strings, or ""."""
+    return _no_twist_seen(frames, order) or _as_soft_as_a_shadow(frames, rig)
+
+
+def _as_soft_as_a_shadow(frames: pd.DataFrame, rig: Rig) -> str:
+    """A reason where the edges are so blurred that strings of diameter d cannot be told apart. The
+    shadow that a bundle casts coils and knots as it does, shows no strands, and is soft."""
+    string_px = rig.strings.diameter_mm / numbers(frames, "mm_per_px")
+    soft = numbers(frames, "blur_px") / string_px
+    soft = soft[np.isfinite(soft)]
+    if len(soft) < 3 or np.median(soft) <= MOST_BLUR:
+        return ""
+    return (
+        f"the edges that were measured are blurred over {float(np.median(soft)):.2g} of a string's "
+        "diameter, in which no strings can be told apart: look at the overlay whether it is the "
+        "bundle and not its shadow, and give view.roi_px if not"
+    )
+
+
+def _no_twist_seen(frames: pd.DataFrame, order: Order) -> str:
     """A reason where hardly any frame shows a twist that must be there: then something else than
     the bundle was measured, and its silence about knots means nothing."""
     there = [name for name in ("pitch_px", "pitch_mm", "turns_seen") if name in frames]
@@ -128,7 +149,7 @@ def no_twist_seen(frames: pd.DataFrame, order: Order) -> str:
     )
 
 
-def _not_these_strings(frames: pd.DataFrame, rig: Rig) -> str:
+def _not_of_their_width(frames: pd.DataFrame, rig: Rig) -> str:
     """A reason where the measured D is none that N strings of diameter d can make."""
     count, string = rig.strings.count, rig.strings.diameter_mm
     diameters = numbers(frames, "diameter_mm")
