@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
 
-from tsvision.measures.cut import Cut
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from tsvision.measures.cut import Cut, find_edges
 from tsvision.measures.helix import Edges
+from tsvision.measures.shading import LAMPS_RAD, make_shading, plain_shading
 from tsvision.measures.strands import Silhouette
 from tsvision.measures.unmatched import with_outline
 
@@ -49,3 +53,13 @@ def test_a_side_matched_well_keeps_its_gaps() -> None:
     filled = with_outline(given, a_cut(8))
     np.testing.assert_array_equal(filled.lower_px, given.lower_px)
     np.testing.assert_array_equal(filled.lower_weight, given.lower_weight)
+
+
+def test_a_side_whose_light_was_not_learnt_is_read_by_the_other_sides() -> None:
+    cut = a_cut(8)
+    cut = replace(cut, contrast=gaussian_filter1d(cut.contrast, 1.0, axis=0))
+    plain = plain_shading(5.0)
+    falling = make_shading(5.0, 1.0, 0.0, np.full(LAMPS_RAD.size, -0.02))
+    found, both = find_edges(cut, (falling, plain)), find_edges(cut, (plain, plain))
+    assert (found.upper_weight[20:] > 0.5).all() and (found.lower_weight[20:] > 0.5).all()
+    np.testing.assert_array_equal(found.upper_px, both.upper_px)

@@ -25,6 +25,7 @@ from tsvision.measures.shading import (
 from tsvision.measures.shading_fit import fit_shading
 from tsvision.measures.strands import Silhouette, outline
 
+LEAST_RISE = 0.3  # of the core's contrast, from the ground to within a strand
 FOUND_BACK_PX = 1.5  # from how far outside a match comes to the edge
 
 
@@ -204,7 +205,8 @@ def brightness_of(cuts: list[Cut]) -> float:
 def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
     """Sub-pixel edges of every column of the bundle, weighted by how well the model matched."""
     found = []
-    for rough, dim, outward, shade in zip(lit_edges(cut), cut.dim, (1, -1), shading, strict=True):
+    shades = _rising(shading)
+    for rough, dim, outward, shade in zip(lit_edges(cut), cut.dim, (1, -1), shades, strict=True):
         # Under a wide blur the rough edge lies further out than a match finds back from. Not all
         # the way: what lies between two strands is found from outside.
         back = min(inside_at(shade, cut.mask_level) + FOUND_BACK_PX, 0.0)
@@ -217,6 +219,17 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
         found.append((np.where(weight > 0, edge - cut.half_px, 0.0), weight))
     (upper, upper_weight), (lower, lower_weight) = found
     return Edges(cut.s_px, upper, lower, upper_weight, lower_weight)
+
+
+def _rising(shading: tuple[Shading, Shading]) -> tuple[Shading, Shading]:
+    """The shading of either side, the other side's where one was not learnt: where a shadow touches
+    the strings all along, what was fitted to that side may not even rise."""
+    upper, lower = shading
+    rises = [side.template.max(initial=0.0) > LEAST_RISE for side in shading]
+    return (
+        upper if rises[0] or not rises[1] else lower,
+        lower if rises[1] or not rises[0] else upper,
+    )
 
 
 def _matched(
