@@ -349,7 +349,11 @@ def scan(
     step,
     costs,
 ):  # pragma: no cover - compiled
-    """Mean robust deviation of the silhouette from both edges for every rate and phase."""
+    """Mean robust deviation of the silhouette from both edges for every rate and phase.
+
+    Along a straight axis another phase is the same silhouette further along: one turn of it is
+    drawn for each rate, and every phase read from that.
+    """
     count = up_obs.size
     upper, lower = np.empty(count), np.empty(count)
     at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
@@ -357,9 +361,30 @@ def scan(
     total = max(up_w.sum() + low_w.sum(), 1e-9)
     for i in range(rates.size):
         p[1] = rates[i]
+        turn = 2.0 * np.pi / max(rates[i], 1e-9)
+        once = base[5] <= 0.0 and turn < 0.5 * count * phases.size
+        if once:
+            p[2], p[3], p[4] = 0.0, 0.0, 0.0
+            drawn = int(turn) + 3
+            high, low = np.empty(drawn), np.empty(drawn)
+            at_h, at_w = np.zeros((drawn, 2)), np.zeros((drawn, 2))
+            silhouette(p, site_radius, site_angle, 0.0, drawn, high, low, at_h, at_w, step)
+            p[3], p[4] = base[3], base[4]
         for j in range(phases.size):
             p[2] = phases[j]
-            silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_u, at_l, step)
+            if once:
+                x = (z0 + phases[j] / rates[i]) % turn
+                for c in range(count):
+                    k = int(x)
+                    w = x - k
+                    line = p[3] + p[4] * (c + z0)
+                    upper[c] = line + (1.0 - w) * high[k] + w * high[k + 1]
+                    lower[c] = line + (1.0 - w) * low[k] + w * low[k + 1]
+                    x += 1.0
+                    if x >= turn:
+                        x -= turn
+            else:
+                silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_u, at_l, step)
             cost = 0.0
             for c in range(count):
                 t = ((up_obs[c] - upper[c]) / scale) ** 2
