@@ -57,6 +57,8 @@ def _beyond(
     contrast: np.ndarray, border: np.ndarray, bundle: np.ndarray, width_px: float, strand_px: float
 ) -> np.ndarray:
     """The same at larger rows, every column for itself; border (M,): last lit row."""
+    first = max(int(np.nanmin(border[bundle]) - strand_px) - 2 * FALL_PX, 0)  # further in is lit
+    contrast, border = contrast[first:], border - first
     fall = contrast[:-FALL_PX] - contrast[FALL_PX:]
     away = np.arange(fall.shape[0])[:, None] - np.where(bundle, border, np.nan)
     beside = (away > REACH_D * width_px) & (away < 2.0 * REACH_D * width_px)
@@ -79,7 +81,7 @@ def _beyond(
     reached = np.nan_to_num(np.where(strand, np.fmax(place, border), border))
     held = grey_opening(reached, size=max(round(THIN * strand_px), 3), mode="nearest")
     further: np.ndarray = held > border + max(BEYOND_D * width_px, BEYOND_PX)
-    return np.where(further, held, np.nan)
+    return np.where(further, held + first, np.nan)
 
 
 def _is_joined(
