@@ -1,4 +1,4 @@
-"""The only place where px meet mm, turns meet rad, kgf meet N."""
+"""The only place where turns meet rad and kgf meet N (px meet mm in a `Scale`)."""
 
 from __future__ import annotations
 
@@ -27,16 +27,6 @@ def kgf_to_newton(load_kgf: ArrayLike) -> np.ndarray:
 def newton_to_kgf(load_N: ArrayLike) -> np.ndarray:
     """N to kilogram-force, any shape."""
     return np.asarray(load_N, dtype=float) / STANDARD_GRAVITY_M_S2
-
-
-def px_to_mm(length_px: ArrayLike, mm_per_px: float) -> np.ndarray:
-    """Pixels to mm; NaN where the scale is unknown (a millimetre is never invented)."""
-    return np.asarray(length_px, dtype=float) * mm_per_px
-
-
-def mm_to_px(length_mm: ArrayLike, mm_per_px: float) -> np.ndarray:
-    """Millimetres to pixels; NaN where the scale is unknown."""
-    return np.asarray(length_mm, dtype=float) / mm_per_px
 
 
 def rpm_to_rad_s(speed_rpm: ArrayLike) -> np.ndarray:

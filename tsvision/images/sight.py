@@ -408,9 +408,9 @@ def _near_median(samples: np.ndarray) -> np.ndarray:
 
 
 def _raw_core(strip: Strip, weights: np.ndarray, width: float) -> np.ndarray:
-    values = project(strip.values, weights)
     n = np.arange(-strip.half_px, strip.half_px + 1)
-    return nan_median((values - ground_level(values, 1.3 * width))[np.abs(n) < 0.2 * width])
+    contrast = raw_contrast(strip.values, weights, False, 1.3 * width)
+    return nan_median(contrast[np.abs(n) < 0.2 * width])
 
 
 def raw_contrast(
