@@ -6,6 +6,8 @@ line, more turns in every frame, 16 px wide at their widest.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -13,7 +15,14 @@ import pytest
 from tsvision.images.curve import find_curve
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.shadow import find_shadow
-from tsvision.images.sight import Sight, _many_coloured, _settle, find_sight
+from tsvision.images.sight import (
+    Sight,
+    _could_cast,
+    _many_coloured,
+    _settle,
+    _Trial,
+    find_sight,
+)
 from tsvision.images.strip import straight_axis
 
 WIDTH_PX, HEIGHT_PX = 480, 270
@@ -88,6 +97,31 @@ def test_a_line_of_soft_borders_has_less_support() -> None:
         [picture], straight_axis(np.array([0.0, 140.0]), np.array([399.0, 140.0])), 22.0
     )
     assert strand.support > 300.0 > shadow.support
+
+
+def test_what_is_darker_beside_strings_that_are_not_may_be_their_shadow() -> None:
+    """Coloured strings and a dark line as wide beside them; not one that lies across, is twice as
+    wide or far off, and not where both are darker than the ground: either may be the strings."""
+    rows, columns = np.mgrid[0:200, 0:400].astype(float)
+    picture = np.full((200, 400, 3), 0.2, np.float32)
+    for k, colour in enumerate(((0.2, 0.62, 0.7), (0.55, 0.25, 0.1))):
+        wave = 70.0 + 4.0 * np.cos(2 * np.pi * columns / 60.0 + np.pi * k)
+        picture[np.abs(rows - wave) < 4.0] = colour
+    picture[np.abs(rows - 100.0) < 7.0] = 0.05
+    blurred = cv2.GaussianBlur(picture, (0, 0), 0.8)
+
+    def along(row: float) -> _Trial:
+        axis = straight_axis(np.array([0.0, row]), np.array([399.0, row]))
+        return _settle([blurred], axis, 14.0)
+
+    strings, dark = along(70.0), along(100.0)
+    assert dark.darker and not strings.darker
+    assert _could_cast(dark, strings) and not _could_cast(strings, dark)
+    assert not _could_cast(dark, replace(strings, darker=True))
+    assert not _could_cast(dark, replace(strings, width_px=2.5 * dark.width_px))
+    across = straight_axis(np.array([200.0, 0.0]), np.array([200.0, 199.0]))
+    far = straight_axis(np.array([0.0, 10.0]), np.array([399.0, 10.0]))
+    assert not any(_could_cast(dark, replace(strings, axis=axis)) for axis in (across, far))
 
 
 def test_two_colours_with_a_shadow() -> None:

@@ -21,6 +21,8 @@ from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 
 OTHER_HUE = 4.0  # spreads of the ground's hue from which strings are of another
 SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are of several colours
+PARALLEL = 0.1  # sine of the angle between strings and their shadow on a ground beneath
+CAST_D, CAST_SHARE = 4.0, 0.4  # widths beside them; what speaks for them over what for the shadow
 APART = 1.5  # spreads between strings and ground from which nothing speaks against a line
 SWINGS = 0.06  # share of a bundle's outline that changes between frames, at least
 ACROSS = 0.4  # of the ground's light: how far strings stand out across its colour, to rely on it
@@ -141,7 +143,12 @@ def find_sight(
             support *= float(np.clip(share / MOVING_SHARE, 0.02, 1.0))
         return support
 
-    best = max(trials, key=merit)
+    alone = [merit(t) for t in trials]
+    merits = []
+    for trial, own in zip(trials, alone, strict=True):
+        rivals = [m for t, m in zip(trials, alone, strict=True) if _could_cast(trial, t)]
+        merits.append(0.0 if max(rivals, default=0.0) > CAST_SHARE * own else own)
+    best = trials[int(np.argmax(merits))]
     linears = [to_linear(p, gamma) for p in pictures]
     found = _settle(linears, _scaled(best.axis, 1.0 / factor), best.width_px / factor, turns=1)
     axis, width = found.axis, found.width_px
@@ -247,11 +254,13 @@ def _bisectors(ridges: list[Ridge], shape: tuple[int, int]) -> list[Ridge]:
 
 @dataclass(frozen=True)
 class _Trial:
-    """A candidate axis, its width, and how many columns speak for it."""
+    """A candidate axis, its width, how many columns speak for it, and whether it is nothing but
+    darker than the ground, as shadows are."""
 
     axis: Axis
     width_px: float
     support: float
+    darker: bool
 
 
 def _settle(linears: list[np.ndarray], axis: Axis, width: float, turns: int = 3) -> _Trial:
@@ -272,8 +281,25 @@ def _settle(linears: list[np.ndarray], axis: Axis, width: float, turns: int = 3)
             support = sum(_support(m, half, width) for m in masks) / len(masks)
             support *= _liveliness(masks, half, width) * (1.0 - shadow.soft)
             support *= float(np.nan_to_num(np.clip(separation / APART, 0.05, 1.0), nan=1.0))
+            core = np.median([np.nanmedian(_raw_core(s, weights, width)) for s in strips])
+            darker = not by_distance and np.array_equal(weights, LUMA_BGR) and core < 0
         axis, width = _refine(axis, masks, half, width)
-    return _Trial(axis, width, support)
+    return _Trial(axis, width, support, bool(darker))
+
+
+def _could_cast(trial: _Trial, other: _Trial) -> bool:
+    """Whether what is darker than the ground may be the shadow of something beside it that is not:
+    a shadow coils and knots as its strings do, and may stand out by more than they."""
+    if not trial.darker or other.darker or not 0.5 < trial.width_px / other.width_px < 2.0:
+        return False
+    middle = other.axis.at(np.array([0.5 * other.axis.length_px]))[0]
+    half = np.array([0.5 * trial.axis.length_px])
+    along = trial.axis.tangent(half)[0]
+    away = middle - trial.axis.at(half)[0]
+    aside = abs(float(along[0] * away[1] - along[1] * away[0]))
+    there = other.axis.tangent(np.array([0.0]))[0]
+    turned = abs(float(along[0] * there[1] - along[1] * there[0]))
+    return turned < PARALLEL and 0.8 * trial.width_px < aside < CAST_D * trial.width_px
 
 
 def _liveliness(masks: list[np.ndarray], half: int, width: float) -> float:
