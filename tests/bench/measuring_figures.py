@@ -94,11 +94,12 @@ def strip() -> None:
 
 
 def lambert(offsets: np.ndarray, rho: float, angle_deg: float) -> np.ndarray:
-    """A tube's brightness inside its edge, lamp `angle_deg` from the camera, blurred by 1 px."""
+    """A tube's brightness inside its edge, blurred by 1 px, under a lamp 50 degrees wide that
+    stands `angle_deg` from the camera: neither a point nor all around, as the models have it."""
     t = np.arange(-14.0, 30.0, 0.01)
     x = np.clip(1.0 - t / rho, -1.0, 1.0)
-    turn = np.deg2rad(angle_deg)
-    key = np.maximum(np.cos(turn) * np.sqrt(1.0 - x * x) + np.sin(turn) * x, 0.0)
+    turn = np.deg2rad(angle_deg + np.linspace(-25.0, 25.0, 11))[:, None]
+    key = np.maximum(np.cos(turn) * np.sqrt(1.0 - x * x) + np.sin(turn) * x, 0.0).mean(axis=0)
     return np.interp(offsets, t, gaussian_filter1d(np.where(t >= 0, 0.2 + 0.8 * key, 0.0), 100.0))
 
 
@@ -120,6 +121,8 @@ def edge() -> None:
         half.append(float(np.interp(0.5 * pair[0].max(), pair[0], offsets)))
         seen = [EdgeProfile(offsets, p, np.full(p.size, 0.002)) for p in pair]
         model.append(float(fit_shading((seen[0], seen[1]), rho)[2][0]))
+    worst = np.abs(model)[angles >= 0].max(), np.abs(model)[angles < 0].max()
+    print(f"edge model: {worst[0]:.2f} px on the lit side, {worst[1]:.2f} px on the shadow side")
     axes[1].plot(angles, half, label="half level")
     axes[1].plot(angles, model, label="shading model")
     axes[1].axhline(0.0, color="k", lw=0.6)
