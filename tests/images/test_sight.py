@@ -12,17 +12,12 @@ import cv2
 import numpy as np
 import pytest
 
+from tsvision.images.candidates import Trial, could_cast, settle
+from tsvision.images.contrast import many_coloured
 from tsvision.images.curve import find_curve
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.shadow import find_shadow
-from tsvision.images.sight import (
-    Sight,
-    _could_cast,
-    _many_coloured,
-    _settle,
-    _Trial,
-    find_sight,
-)
+from tsvision.images.sight import Sight, find_sight
 from tsvision.images.strip import straight_axis
 
 WIDTH_PX, HEIGHT_PX = 480, 270
@@ -92,8 +87,8 @@ def test_a_line_of_soft_borders_has_less_support() -> None:
     random = np.random.default_rng(5)
     light = 0.5 - 0.4 * sharp - 0.3 * soft + random.normal(0.0, 0.004, sharp.shape)
     picture = cv2.GaussianBlur(light, (0, 0), 0.8).astype(np.float32)
-    strand = _settle([picture], straight_axis(np.array([0.0, 60.0]), np.array([399.0, 60.0])), 12.0)
-    shadow = _settle(
+    strand = settle([picture], straight_axis(np.array([0.0, 60.0]), np.array([399.0, 60.0])), 12.0)
+    shadow = settle(
         [picture], straight_axis(np.array([0.0, 140.0]), np.array([399.0, 140.0])), 22.0
     )
     assert strand.support > 300.0 > shadow.support
@@ -110,18 +105,18 @@ def test_what_is_darker_beside_strings_that_are_not_may_be_their_shadow() -> Non
     picture[np.abs(rows - 100.0) < 7.0] = 0.05
     blurred = cv2.GaussianBlur(picture, (0, 0), 0.8)
 
-    def along(row: float) -> _Trial:
+    def along(row: float) -> Trial:
         axis = straight_axis(np.array([0.0, row]), np.array([399.0, row]))
-        return _settle([blurred], axis, 14.0)
+        return settle([blurred], axis, 14.0)
 
     strings, dark = along(70.0), along(100.0)
     assert dark.darker and not strings.darker
-    assert _could_cast(dark, strings) and not _could_cast(strings, dark)
-    assert not _could_cast(dark, replace(strings, darker=True))
-    assert not _could_cast(dark, replace(strings, width_px=2.5 * dark.width_px))
+    assert could_cast(dark, strings) and not could_cast(strings, dark)
+    assert not could_cast(dark, replace(strings, darker=True))
+    assert not could_cast(dark, replace(strings, width_px=2.5 * dark.width_px))
     across = straight_axis(np.array([200.0, 0.0]), np.array([200.0, 199.0]))
     far = straight_axis(np.array([0.0, 10.0]), np.array([399.0, 10.0]))
-    assert not any(_could_cast(dark, replace(strings, axis=axis)) for axis in (across, far))
+    assert not any(could_cast(dark, replace(strings, axis=axis)) for axis in (across, far))
 
 
 def test_two_colours_with_a_shadow() -> None:
@@ -191,9 +186,9 @@ def test_two_colours_are_told_on_a_ground_of_uneven_brightness() -> None:
 
     concrete, blue, yellow = (0.30, 0.31, 0.31), (0.45, 0.25, 0.10), (0.12, 0.40, 0.42)
     ground = seen(concrete, 1500)
-    assert _many_coloured(np.concatenate([seen(blue, 400), seen(yellow, 400)]), ground)
-    assert not _many_coloured(seen(yellow, 800), ground)
-    assert not _many_coloured(seen(concrete, 800), ground)
+    assert many_coloured(np.concatenate([seen(blue, 400), seen(yellow, 400)]), ground)
+    assert not many_coloured(seen(yellow, 800), ground)
+    assert not many_coloured(seen(concrete, 800), ground)
     # A speck of each colour on an axis that runs over the ground is no string.
     specks = np.concatenate([seen(blue, 60), seen(yellow, 60), seen(concrete, 680)])
-    assert not _many_coloured(specks, ground)
+    assert not many_coloured(specks, ground)

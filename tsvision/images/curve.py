@@ -18,19 +18,13 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from tsvision.images.axis import find_ridges
+from tsvision.images.candidates import line_of_ridge
 from tsvision.images.colour import Ground, colour_contrast, learn_ground
+from tsvision.images.contrast import straight_contrast
 from tsvision.images.ground import ground_level
 from tsvision.images.linear import LUMA_BGR, project, to_linear
-from tsvision.images.sight import (
-    SEARCH_PX,
-    Sight,
-    mask_level,
-    single_columns,
-    string_mask,
-)
-from tsvision.images.sight import _axis_of as line_of_ridge
-from tsvision.images.sight import _contrast as straight_contrast
-from tsvision.images.sight import _legs as leg_columns
+from tsvision.images.masks import leg_columns, mask_level, single_columns, string_mask
+from tsvision.images.sight import SEARCH_PX, Sight
 from tsvision.images.strip import Axis, cut_strip, straight_axis
 
 FOLLOW_PX = 480  # long side of the picture in which the cord is followed

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from tsvision.images.contrast import raw_contrast
 from tsvision.images.linear import project, to_linear
-from tsvision.images.sight import Sight, mask_level, raw_contrast
+from tsvision.images.masks import mask_level
+from tsvision.images.sight import Sight
 from tsvision.images.strip import Axis, cut_strip
 from tsvision.measures.dim import dim_edges
 from tsvision.measures.edges import match_edges

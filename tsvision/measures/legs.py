@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from tsvision.images.sight import Sight, raw_contrast
+from tsvision.images.contrast import raw_contrast
+from tsvision.images.sight import Sight
 from tsvision.images.strip import cut_strip
 from tsvision.measures.cut import Cut, crop
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from tsvision.images.sight import string_mask
+from tsvision.images.masks import string_mask
 
 
 @dataclass(frozen=True)

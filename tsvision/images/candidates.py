@@ -1,0 +1,175 @@
+"""Lines along which the bundle may lie, and how much speaks for each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from tsvision.images.axis import Ridge, find_ridges
+from tsvision.images.contrast import find_signal, raw_core
+from tsvision.images.linear import LUMA_BGR
+from tsvision.images.masks import leg_columns, masks_of, refine, single_columns
+from tsvision.images.strip import Axis, cut_strip, straight_axis
+
+PARALLEL = 0.1  # sine of the angle between strings and their shadow on a ground beneath
+CAST_D, CAST_SHARE = 4.0, 0.4  # widths beside them; what speaks for them over what for the shadow
+APART = 1.5  # spreads between strings and ground from which nothing speaks against a line
+SWINGS = 0.06  # share of a bundle's outline that changes between frames, at least
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A candidate axis, its width, how many columns speak for it, and whether it is nothing but
+    darker than the ground, as shadows are."""
+
+    axis: Axis
+    width_px: float
+    support: float
+    darker: bool
+
+
+def settle(linears: list[np.ndarray], axis: Axis, width: float, turns: int = 3) -> Trial:
+    """Refine a candidate axis on some frames and say how much speaks for it.
+
+    What speaks for a bundle: columns with one run of its width on the axis, and beyond them
+    columns with a leg on either side. A leg taken for the axis has neither behind the apex. A
+    shadow's borders are soft, and what hardly differs from the ground is no bundle.
+    """
+    support = 0.0
+    for turn in range(turns):
+        half = int(np.ceil(3.2 * width)) + 6
+        strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
+        weights, separation, by_distance = find_signal(strips, 0.5 * width)
+        rough = turn < turns - 1 and len(linears) > 1
+        masks, shadow = masks_of(strips, weights, width, by_distance, rough)
+        if turn == turns - 1:
+            support = sum(support_of(m, half, width) for m in masks) / len(masks)
+            support *= _liveliness(masks, half, width) * (1.0 - shadow.soft)
+            support *= float(np.nan_to_num(np.clip(separation / APART, 0.05, 1.0), nan=1.0))
+            core = np.median([np.nanmedian(raw_core(s, weights, width)) for s in strips])
+            darker = not by_distance and np.array_equal(weights, LUMA_BGR) and core < 0
+        axis, width = refine(axis, masks, half, width)
+    return Trial(axis, width, support, bool(darker))
+
+
+def could_cast(trial: Trial, other: Trial) -> bool:
+    """Whether what is darker than the ground may be the shadow of something beside it that is not:
+    a shadow coils and knots as its strings do, and may stand out by more than they."""
+    if not trial.darker or other.darker or not 0.5 < trial.width_px / other.width_px < 2.0:
+        return False
+    middle = other.axis.at(np.array([0.5 * other.axis.length_px]))[0]
+    half = np.array([0.5 * trial.axis.length_px])
+    along = trial.axis.tangent(half)[0]
+    away = middle - trial.axis.at(half)[0]
+    aside = abs(float(along[0] * away[1] - along[1] * away[0]))
+    there = other.axis.tangent(np.array([0.0]))[0]
+    turned = abs(float(along[0] * there[1] - along[1] * there[0]))
+    return turned < PARALLEL and 0.8 * trial.width_px < aside < CAST_D * trial.width_px
+
+
+def _liveliness(masks: list[np.ndarray], half: int, width: float) -> float:
+    """From about 0 for an outline that stands still between frames to 1 for one that swings as
+    twisting strings do: a plate's edge or a rod is as long and even as a bundle, but still."""
+    if len(masks) < 2:
+        return 1.0
+    reach = max(int(width), 2)
+    stack = np.stack([m[max(half - reach, 0) : half + reach + 1] > 0 for m in masks])
+    area = max(float(stack.mean(axis=0).sum()), 1.0)
+    changed = float((stack.any(axis=0) & ~stack.all(axis=0)).sum()) / area
+    return float(np.clip(changed / SWINGS, 0.05, 1.0))
+
+
+def plausible(width: float, possible: tuple[float, float] | None) -> float:
+    """1 for a width that the rig's strings can have, less for one they cannot (d is rarely known
+    to better than a third)."""
+    if possible is None:
+        return 1.0
+    low, high = 0.6 * possible[0], 1.4 * possible[1]
+    return 1.0 if low <= width <= high else 0.1
+
+
+def support_of(mask: np.ndarray, half: int, width: float) -> float:
+    single = single_columns(mask, half, width)
+    legs = leg_columns(mask, half, width)
+    middle = np.median(np.flatnonzero(single)) if single.any() else 0.0
+    s = np.arange(mask.shape[1])
+    one_end = max(legs[s < middle].sum(), legs[s >= middle].sum())
+    return float(single.sum() + 2.0 * one_end)
+
+
+def line_of_ridge(ridge: Ridge, shape: tuple[int, int], roi) -> Axis:
+    """The ridge's line across the picture (or the region), from left to right or top to bottom."""
+    x0, y0, w, h = roi if roi else (0, 0, shape[1], shape[0])
+    u = np.array([np.cos(ridge.angle_rad), np.sin(ridge.angle_rad)])
+    if u[0] < -1e-9 or (abs(u[0]) <= 0.5 and u[1] < 0):
+        u = -u
+    return _clip_line(np.array(ridge.centre_px), u, (x0, y0, x0 + w - 1, y0 + h - 1))
+
+
+def _clip_line(point: np.ndarray, u: np.ndarray, box: tuple[float, float, float, float]) -> Axis:
+    low, high = -np.inf, np.inf
+    for i, (a, b) in enumerate(((box[0], box[2]), (box[1], box[3]))):
+        if abs(u[i]) < 1e-12:
+            continue
+        t = sorted(((a - point[i]) / u[i], (b - point[i]) / u[i]))
+        low, high = max(low, t[0]), min(high, t[1])
+    return straight_axis(point + low * u, point + high * u)
+
+
+def bisectors(ridges: list[Ridge], shape: tuple[int, int]) -> list[Ridge]:
+    """Lines halfway between two crossing ridges: with few turns the legs outshine the bundle, and
+    the bundle goes on where they meet, between them."""
+    lines = []
+    for i, a in enumerate(ridges):
+        for b in ridges[:i]:
+            ua = np.array([np.cos(a.angle_rad), np.sin(a.angle_rad)])
+            ub = np.array([np.cos(b.angle_rad), np.sin(b.angle_rad)])
+            if ua @ ub < 0:
+                ub = -ub
+            opening = float(np.arccos(np.clip(ua @ ub, -1.0, 1.0)))
+            alike = 0.5 < a.width_px / b.width_px < 2.0 and a.channel == b.channel
+            if not alike or opening < np.deg2rad(8.0):
+                continue
+            t, _ = np.linalg.solve(
+                np.stack([ua, -ub], 1), np.array(b.centre_px) - np.array(a.centre_px)
+            )
+            meet = np.array(a.centre_px) + t * ua
+            if not (0 <= meet[0] < shape[1] and 0 <= meet[1] < shape[0]):
+                continue
+            middle = ua + ub
+            angle = float(np.arctan2(middle[1], middle[0]))
+            width = 0.5 * (a.width_px + b.width_px)
+            lines.append(
+                Ridge((float(meet[0]), float(meet[1])), angle, width, a.sense, a.channel, 0.0)
+            )
+    return lines[:3]
+
+
+def moving_ridges(
+    motion: np.ndarray,
+    shape: tuple[int, int],
+    roi_px: tuple[int, int, int, int] | None,
+    widths_px: tuple[float, float] | None,
+) -> list[Ridge]:
+    """Lines along which a film moves, as ridges of its pictures."""
+    big = cv2.resize(motion, (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR)
+    return [r for r in find_ridges([big], roi_px, widths_px, most=3) if r.sense > 0]
+
+
+def given_ridge(along_px: tuple[tuple[float, float], ...], found: list[Ridge]) -> Ridge:
+    """The line through two given points, as wide as the found ridge that lies nearest to it."""
+    (x0, y0), (x1, y1) = along_px
+    length = float(np.hypot(x1 - x0, y1 - y0))
+    u = np.array([x1 - x0, y1 - y0]) / length
+
+    def away(ridge: Ridge) -> float:
+        d = np.array(ridge.centre_px) - (x0, y0)
+        turn = abs(np.sin(ridge.angle_rad - np.arctan2(u[1], u[0])))
+        return float(abs(u[0] * d[1] - u[1] * d[0]) + 0.5 * length * turn)
+
+    near = min(found, key=away, default=None)
+    wide = near.width_px if near is not None and away(near) < 0.1 * length else 0.02 * length
+    centre = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
+    return Ridge(centre, float(np.arctan2(u[1], u[0])), wide, 1, 0, 0.0)

@@ -1,0 +1,161 @@
+"""What tells strings from their ground: brightness, a hue, or the distance from its colour."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tsvision.images.ground import ground_level, nan_median
+from tsvision.images.linear import LUMA_BGR, best_weights, project
+from tsvision.images.strip import Strip
+
+OTHER_HUE = 4.0  # spreads of the ground's hue from which strings are of another
+SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are of several colours
+ACROSS = 0.4  # of the ground's light: how far strings stand out across its colour, to rely on it
+ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
+
+
+def find_signal(strips: list[Strip], half_core: float) -> tuple[np.ndarray, float, bool]:
+    """Channel weights, separation in sd, and whether strings differ from the ground in ways that
+    no one weighted sum shows (strands of several colours): then distance in colour serves."""
+    if strips[0].values.ndim == 2:
+        return LUMA_BGR, float("nan"), False
+    core, ground = [], []
+    for strip in strips:
+        n = np.arange(-strip.half_px, strip.half_px + 1)
+        inner = strip.values[np.abs(n) < max(0.5 * half_core, 1.0)].reshape(-1, 3)
+        outer = strip.values[np.abs(n) > 3.0 * half_core].reshape(-1, 3)
+        core.append(inner[:: max(1, len(inner) // 1500)])
+        ground.append(outer[:: max(1, len(outer) // 1500)])
+    inner, outer = np.concatenate(core), np.concatenate(ground)
+    inner, outer = inner[~np.isnan(inner).any(1)], outer[~np.isnan(outer).any(1)]
+    if min(len(inner), len(outer)) < 10:
+        return LUMA_BGR, float("nan"), False  # no ground in view beside a candidate this wide
+    everything = inner
+    # Keep to what the strings look like most of the way: separator and connector are elsewhere.
+    for _ in range(2):
+        inner = inner[_near_median(inner)]
+        outer = outer[_near_median(outer)]
+    weights, separation = best_weights(inner, outer)
+    if not many_coloured(everything, outer):
+        return weights, separation, False
+    return _shadowless(everything, outer), separation, True
+
+
+def _shadowless(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
+    """The ground's direction in colour (3,) where strings of several colours stand out across it,
+    so that light and shadow on the ground need not count; LUMA_BGR (count all) elsewhere."""
+    ground = np.median(outer, axis=0)
+    unit = ground / max(float(np.linalg.norm(ground)), 1e-9)
+    away = inner - ground
+    across = np.linalg.norm(away - (away @ unit)[:, None] * unit, axis=1)
+    noise = np.median(np.linalg.norm(outer - (outer @ unit)[:, None] * unit, axis=1))
+    strings = across[np.linalg.norm(away, axis=1) > 0.3 * np.linalg.norm(away, axis=1).max()]
+    enough = np.percentile(strings, 25.0) > max(ACROSS * np.linalg.norm(ground), 5.0 * noise)
+    return unit.astype(np.float32) if enough else LUMA_BGR
+
+
+def many_coloured(inner: np.ndarray, outer: np.ndarray) -> bool:
+    """Whether the samples on the strings are of several hues: their chromaticity, which shading
+    leaves alone, spreads. inner, outer: (n, 3) linear BGR on the axis and beside it."""
+    ground = np.median(outer, axis=0)
+    spread = 1.4826 * np.median(np.abs(outer - ground), axis=0) + 2e-3
+    far = np.sqrt((((inner - ground) / spread) ** 2).mean(axis=1)) > 3.0
+    if _hues(inner[far & (inner.sum(axis=1) > 0.06)], len(inner), 0.2) > SEVERAL_HUES:
+        return True
+    # On a ground of uneven brightness strings are told by hue alone, and then most of them.
+    plain = _hue_of(outer)
+    middle = np.median(plain, axis=0)
+    away = np.linalg.norm(_hue_of(inner) - middle, axis=1)
+    typical = 1.4826 * float(np.median(np.linalg.norm(plain - middle, axis=1))) + 2e-3
+    coloured = (away > OTHER_HUE * typical) & (inner.sum(axis=1) > 0.06)
+    return _hues(inner[coloured], len(inner), 0.5) > SEVERAL_HUES
+
+
+def _hue_of(samples: np.ndarray) -> np.ndarray:
+    return samples / np.maximum(np.linalg.norm(samples, axis=1, keepdims=True), 1e-9)
+
+
+def _hues(strings: np.ndarray, of: int, least_share: float) -> float:
+    """How far the hues of samples (n, 3) spread; 0 when they are too few of all."""
+    if len(strings) < max(least_share * of, 4):
+        return 0.0
+    low, high = np.percentile(_hue_of(strings), [25.0, 75.0], axis=0)
+    return float(np.linalg.norm(high - low))
+
+
+def _near_median(samples: np.ndarray) -> np.ndarray:
+    distance = np.linalg.norm(samples - np.median(samples, axis=0), axis=1)
+    return distance <= 2.5 * np.median(distance) + 1e-9
+
+
+def raw_contrast(
+    values: np.ndarray, weights: np.ndarray, by_distance: bool, inner_px: float
+) -> np.ndarray:
+    """Signal minus ground of a strip (R, M) or (R, M, 3), linear light, (R, M).
+
+    By distance: the length of the colour difference. A half-covered pixel lies halfway between
+    ground and strand, so that the length is linear in coverage too, whatever the strand's colour.
+    Where `weights` is the ground's direction in colour (not LUMA_BGR), what lies along it does not
+    count: light and shadow on the ground.
+    """
+    if not by_distance:
+        signal = project(values, weights)
+        return signal - ground_level(signal, inner_px)
+    squares = np.zeros(values.shape[:2], np.float32)
+    along = np.zeros(values.shape[:2], np.float32)
+    for c in range(3):
+        channel = np.ascontiguousarray(values[..., c])
+        away = channel - ground_level(channel, inner_px)
+        squares += away**2
+        along += away * weights[c]
+    if not np.array_equal(weights, LUMA_BGR):
+        squares = np.maximum(squares - along**2, 0.0)
+    return np.sqrt(squares)
+
+
+def raw_of_black(ground: np.ndarray, weights: np.ndarray, by_distance: bool) -> float:
+    """Raw contrast of a place without light on a ground of colour (1,) or (3,), linear."""
+    if by_distance:
+        return float(np.linalg.norm(ground)) if np.array_equal(weights, LUMA_BGR) else 0.0
+    return -float(ground @ weights) if ground.size == 3 else -float(ground[0])
+
+
+def raw_core(strip: Strip, weights: np.ndarray, width: float) -> np.ndarray:
+    n = np.arange(-strip.half_px, strip.half_px + 1)
+    contrast = raw_contrast(strip.values, weights, False, 1.3 * width)
+    return nan_median(contrast[np.abs(n) < 0.2 * width])
+
+
+def straight_contrast(
+    strip: Strip,
+    weights: np.ndarray,
+    width: float,
+    by_distance: bool = False,
+    roughly: bool = False,
+) -> np.ndarray:
+    """Contrast in units of the core's median contrast (core is about +1).
+
+    roughly: the axis may lie beside the core yet; each column's strongest contrast counts.
+    """
+    return scaled_contrast(strip, weights, width, by_distance, roughly)[0]
+
+
+def scaled_contrast(
+    strip: Strip, weights: np.ndarray, width: float, by_distance: bool, roughly: bool
+) -> tuple[np.ndarray, float]:
+    """`straight_contrast`, and what pure black would have: how far shadows reach."""
+    values = raw_contrast(strip.values, weights, by_distance, 1.3 * width)
+    n = np.arange(-strip.half_px, strip.half_px + 1)
+    if roughly:
+        core = np.nan_to_num(values[np.abs(n) <= max(0.6 * width, 2.0)])
+        strongest = np.take_along_axis(core, np.abs(core).argmax(axis=0)[None], axis=0)
+        level = ROUGH * np.median(strongest)
+    else:
+        level = np.nanmedian(nan_median(values[np.abs(n) <= max(0.2 * width, 1.0)]))
+    level = level if abs(level) > 1e-6 else 1e-6
+    ground = strip.values[np.abs(n) > 1.3 * width]
+    if ground.size == 0 or np.isnan(ground).all():
+        return values / level, 0.0
+    plain = np.nanmedian(ground.reshape(ground.shape[0] * ground.shape[1], -1), axis=0)
+    black = raw_of_black(plain, weights, by_distance)
+    return values / level, float(black / level)

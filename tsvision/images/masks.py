@@ -1,0 +1,200 @@
+"""Which pixels of a strip are strings, and what their runs say: axis, width, legs, extent."""
+
+from __future__ import annotations
+
+from dataclasses import astuple
+
+import cv2
+import numba
+import numpy as np
+
+from tsvision.images.contrast import ROUGH, scaled_contrast
+from tsvision.images.linear import LUMA_BGR
+from tsvision.images.shadow import DARKENS, DEEPEST, NO_SHADOW, Shadow, find_shadow
+from tsvision.images.strip import Axis, Strip, straight_axis
+
+DEEPEST_CHROMA = 0.25  # contrast to which blocks of compressed colour reach beside strands
+MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
+
+
+def mask_level(contrast: np.ndarray, inner_px: float) -> float:
+    """Contrast at which strings begin: low enough for the shadow side of a front-lit strand, which
+    may keep a tenth of the core's contrast, and above what the ground itself varies by."""
+    half = contrast.shape[0] // 2
+    ground = contrast[np.abs(np.arange(-half, half + 1)) > inner_px][::2, ::3]
+    ground = ground[np.isfinite(ground)]
+    if ground.size == 0:
+        return MASK_LEVEL
+    spread = 1.4826 * float(np.median(np.abs(ground - np.median(ground))))
+    return float(np.clip(5.0 * spread, 0.09, MASK_LEVEL))
+
+
+def string_mask(contrast: np.ndarray, thin_px: float, level: float) -> np.ndarray:
+    """Where strings lie in a contrast strip (core about 1): uint8 0/1, same shape.
+
+    Valleys between strands are closed, fibres thinner than `thin_px` opened away. The shadow side
+    of a strand can be darker than the ground (the negative part); a shadow on the ground is soft
+    and must be twice as strong to count.
+    """
+    known = np.nan_to_num(contrast)
+    raw = ((known > level) | (known < -2.0 * level)).astype(np.uint8)
+    k = max(1, round(thin_px)) | 1
+    kernel = np.ones((k, k), np.uint8)  # a square is separable, hence fast
+    return cv2.morphologyEx(cv2.morphologyEx(raw, cv2.MORPH_CLOSE, kernel), cv2.MORPH_OPEN, kernel)
+
+
+def masks_of(
+    strips: list[Strip], weights: np.ndarray, width: float, by_distance: bool, rough: bool
+) -> tuple[list[np.ndarray], Shadow]:
+    """Masks of the strings in some strips, and what shadow could be in them."""
+    scaled = [scaled_contrast(s, weights, width, by_distance, rough) for s in strips]
+    least = [mask_level(c, 1.3 * width) for c, _ in scaled]
+    # Strands of several colours stand out by several amounts: only what is soft far down may go.
+    by_colour = by_distance or not np.array_equal(weights, LUMA_BGR)
+    deepest = (DEEPEST_CHROMA if by_distance else DEEPEST) / (ROUGH if rough else 1.0)
+    shadows = [
+        find_shadow(c, 1.3 * width, low, deepest) if by_colour or black > DARKENS else NO_SHADOW
+        for (c, black), low in zip(scaled, least, strict=True)
+    ]
+    shadow = Shadow(*(float(v) for v in np.median([astuple(s) for s in shadows], axis=0)))
+    return [
+        string_mask(c, 0.2 * width, max(low, shadow.level))
+        for (c, _), low in zip(scaled, least, strict=True)
+    ], shadow
+
+
+def single_columns(mask: np.ndarray, half: int, width: float) -> np.ndarray:
+    """Columns (M,) bool with one run of about the bundle's width on the axis."""
+    low, high = _scan(mask, half, 0.25 * width)[:2]
+    size, centre = high - low + 1, 0.5 * (low + high)
+    with np.errstate(invalid="ignore"):
+        return (np.abs(centre) < 0.3 * width) & (size > 0.35 * width) & (size < 1.7 * width)
+
+
+@numba.njit(cache=True)
+def _scan(mask, half, near):  # pragma: no cover - compiled
+    """Runs of mask nearest to the axis: out (6, M) = central low, high, then the nearest run
+    below (low, high) and above (low, high) where no run comes within `near` of n = 0."""
+    rows, columns = mask.shape
+    out = np.full((6, columns), np.nan)
+    for c in range(columns):
+        r = 0
+        best = 1e9
+        while r < rows:
+            if mask[r, c] == 0:
+                r += 1
+                continue
+            first = r
+            while r < rows and mask[r, c] > 0:
+                r += 1
+            low, high = first - half, r - 1 - half
+            distance = 0.0 if low <= 0 <= high else float(min(abs(low), abs(high)))
+            if distance <= near and distance < best:
+                best = distance
+                out[0, c], out[1, c] = low, high
+            if high < -near:
+                out[2, c], out[3, c] = low, high
+            elif low > near and np.isnan(out[4, c]):
+                out[4, c], out[5, c] = low, high
+        if not np.isnan(out[0, c]):
+            out[2:, c] = np.nan
+    return out
+
+
+def leg_columns(mask: np.ndarray, half: int, width: float) -> np.ndarray:
+    """Columns (M,) bool with a thin run on either side of the axis and a gap between."""
+    _, _, below_low, below_high, above_low, above_high = _scan(mask, half, 0.1 * width)
+    with np.errstate(invalid="ignore"):
+        thin = np.maximum(below_high - below_low, above_high - above_low) < 1.2 * width
+        alike = np.abs(below_high + above_low) < 0.35 * (above_low - below_high) + 0.3 * width
+    return thin & alike
+
+
+def leg_spread(masks: list[np.ndarray], half: int, width: float) -> tuple[float, float]:
+    """How many leg columns lie before and after the middle of the single-run columns."""
+    inner = np.abs(np.arange(-half, half + 1)) < 0.2 * width
+    near = far = 0.0
+    for mask in masks:
+        legs = leg_columns(mask, half, width)
+        single = np.flatnonzero((mask[inner] > 0).mean(0) > 0.8)
+        if single.size:
+            s = np.arange(mask.shape[1])
+            near += float(legs[s < np.median(single)].sum())
+            far += float(legs[s > np.median(single)].sum())
+    return near, far
+
+
+def refine(axis: Axis, masks: list[np.ndarray], half: int, width: float) -> tuple[Axis, float]:
+    """Robust line through the runs' middles of all frames, and the bundle's typical outer width.
+
+    Where two legs run beside the axis their midpoint counts: it lies on the axis too.
+    """
+    s_all, c_all, w_all = [], [], []
+    for mask in masks:
+        low, high, below_low, below_high, above_low, above_high = _scan(mask, half, 0.25 * width)
+        size, centre = high - low + 1, 0.5 * (low + high)
+        with np.errstate(invalid="ignore"):
+            ok = (size > 0.25 * width) & (size < 1.8 * width) & (np.abs(centre) < 0.5 * width)
+            thin = np.maximum(below_high - below_low, above_high - above_low) < 1.2 * width
+        between = 0.25 * (below_low + below_high + above_low + above_high)
+        legs = np.isfinite(between) & thin
+        s_all += [np.flatnonzero(ok).astype(float), np.flatnonzero(legs).astype(float)]
+        c_all += [centre[ok], between[legs]]
+        w_all.append(size[ok])
+    s, c, w = (np.concatenate(v) for v in (s_all, c_all, w_all))
+    if s.size < 20 or w.size < 5:
+        return axis, width
+    typical = float(np.percentile(w, 75))
+    weight = np.ones_like(s)
+    line = np.zeros(2)
+    for _ in range(12):
+        design = np.stack([s, np.ones_like(s)], 1) * weight[:, None]
+        line, *_ = np.linalg.lstsq(design, c * weight, rcond=None)
+        r = (c - s * line[0] - line[1]) / (0.3 * typical)
+        weight = 1.0 / (1.0 + r * r)
+    ends = np.array([0.0, axis.length_px])
+    u = axis.tangent(np.array(0.0))
+    normal = np.array([-u[1], u[0]])
+    points = axis.at(ends) + (ends * line[0] + line[1])[:, None] * normal
+    return straight_axis(points[0], points[1]), float(np.clip(typical, 3.0, 1.5 * width))
+
+
+def extent_of(masks: list[np.ndarray], half: int, width: float) -> tuple[float, float, float]:
+    """(start, end, connector) along s: where strings may lie, and the connector's face if seen.
+
+    The connector is wide, and it stands still while the strands' edges swing from frame to frame.
+    """
+    columns = masks[0].shape[1]
+    lows, highs = zip(*(_scan(m, half, 0.25 * width)[:2] for m in masks), strict=True)
+    low, high = np.array(lows), np.array(highs)
+    size = high - low + 1
+    with np.errstate(all="ignore"):
+        import warnings
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            typical = np.nanmedian(size, axis=0)
+            swing = np.nanstd(low, axis=0) + np.nanstd(high, axis=0)
+    seen = np.isfinite(size).mean(axis=0) > 0.5
+    wide = seen & (typical > 1.6 * width)
+    if len(masks) >= 3:
+        wide &= swing < 0.12 * width
+    connector = float("nan")
+    end = float(columns - 1)
+    # Walk inwards from the far end: the connector reaches from some column to the picture's edge.
+    hold = max(int(0.3 * width), 3)
+    s = columns - 1
+    while s > 0 and not seen[s]:
+        s -= 1
+    if s > hold and wide[max(s - 3 * hold, 0) : s + 1].mean() > 0.5:
+        face = s
+        misses = 0
+        while face > 0 and misses <= hold:
+            face -= 1
+            misses = 0 if wide[face] else misses + 1
+        connector = float(face + misses)
+        end = connector
+    else:
+        end = float(s)
+    first = int(np.argmax(seen)) if seen.any() else 0
+    return float(first), end, connector
