@@ -110,7 +110,7 @@ def run_one(source: Path) -> dict[str, Any]:
     from tsvision.run import Request, open_request
 
     cv2.setNumThreads(1)
-    recording, _ = open_request(Request(source, turns_per_frame=0.5))
+    recording, _ = open_request(Request(source, turns_file=turns_of(source)))
     count = len(recording.files)
     for _ in measure_frames(recording, stop=UNTIMED):
         pass  # compile and warm up
@@ -165,12 +165,30 @@ def pictures_of(rendered: Path) -> list[Path]:
     return list(input_files(open_recording(rendered)))[:RENDERED]
 
 
+def turns_of(source: Path) -> Path:
+    """The table of motor turns that goes with a folder or film."""
+    return source.with_name(f"{source.name}.turns.csv")
+
+
+def write_turns(source: Path, rendered: Path, count: int) -> None:
+    """Turns forth and back like the pictures: turns that contradict them would cost a search in
+    every frame."""
+    import pandas as pd
+
+    known = pd.read_csv(rendered / "turns.csv")["turns"].to_numpy()[:RENDERED]
+    places = [Path(str(i)) for i in range(len(known))]
+    turns = [known[int(str(place))] for place in there_and_back(places, count)]
+    table = pd.DataFrame({"frame": range(count), "turns": turns})
+    table.to_csv(turns_of(source), index=False)
+
+
 def png_folder(folder: Path, rendered: Path, count: int) -> Path:
     """The pictures as a folder, linked."""
     folder.mkdir()
     for i, picture in enumerate(there_and_back(pictures_of(rendered), count)):
         os.link(picture, folder / f"f{i:05d}.png")
     (folder / "rig.toml").write_bytes((rendered / "rig.toml").read_bytes())
+    write_turns(folder, rendered, count)
     return folder
 
 
@@ -191,6 +209,7 @@ def film(path: Path, rendered: Path, count: int, size: str = "1920x1080") -> Pat
             container.mux(stream.encode(frame.reformat(format="yuv420p")))
         container.mux(stream.encode())
     path.with_suffix(".rig.toml").write_bytes((rendered / "rig.toml").read_bytes())
+    write_turns(path, rendered, count)
     return path
 
 
