@@ -21,8 +21,9 @@ import tempfile
 import time
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+Thing = TypeVar("Thing")
 RENDERED = 24
 UNTIMED = 3
 CASES = {"straight": "10:11.15:0.05", "coiled": "34:35.15:0.05"}  # film-like steps
@@ -152,9 +153,9 @@ def render(place: Path, case: str) -> Path:
     return out
 
 
-def there_and_back(pictures: list[Path], count: int) -> list[Path]:
-    """The pictures forth and back, so that one always follows its neighbour."""
-    round_trip = pictures + pictures[-2:0:-1]
+def there_and_back(things: list[Thing], count: int) -> list[Thing]:
+    """Pictures or their turns forth and back, so that one always follows its neighbour."""
+    round_trip = things + things[-2:0:-1]
     return [round_trip[i % len(round_trip)] for i in range(count)]
 
 
@@ -175,10 +176,8 @@ def write_turns(source: Path, rendered: Path, count: int) -> None:
     every frame."""
     import pandas as pd
 
-    known = pd.read_csv(rendered / "turns.csv")["turns"].to_numpy()[:RENDERED]
-    places = [Path(str(i)) for i in range(len(known))]
-    turns = [known[int(str(place))] for place in there_and_back(places, count)]
-    table = pd.DataFrame({"frame": range(count), "turns": turns})
+    known = pd.read_csv(rendered / "turns.csv")["turns"].to_list()[:RENDERED]
+    table = pd.DataFrame({"frame": range(count), "turns": there_and_back(known, count)})
     table.to_csv(turns_of(source), index=False)
 
 

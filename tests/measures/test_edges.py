@@ -93,7 +93,7 @@ def test_one_lamp_is_found_for_what_it_is(rho_px: float, angle_deg: float) -> No
         for sign in (1.0, -1.0)
     ]
     sd = tuple(s.sd for s in sides)
-    lamp = fit_lamp((sides[0], sides[1]), sd, rho_px, 1.3, 4.5)
+    lamp = fit_lamp((sides[0], sides[1]), sd, rho_px, 1.3)
     np.testing.assert_allclose(lamp.places_px, -0.2, atol=0.05)
     assert np.rad2deg(lamp.theta_rad) == pytest.approx(angle_deg, abs=3.0)
     assert lamp.blur_px == pytest.approx(1.0, abs=0.03)

@@ -120,10 +120,18 @@ def raw_of_black(ground: np.ndarray, weights: np.ndarray, by_distance: bool) -> 
     return -float(ground @ weights) if ground.size == 3 else -float(ground[0])
 
 
-def raw_core(strip: Strip, weights: np.ndarray, width: float) -> np.ndarray:
-    n = np.arange(-strip.half_px, strip.half_px + 1)
-    contrast = raw_contrast(strip.values, weights, False, 1.3 * width)
-    return nan_median(contrast[np.abs(n) < 0.2 * width])
+def core_of(strips: list[Strip], weights: np.ndarray, width: float) -> float:
+    """Signal of the core less that of the ground, the median over some strips; NaN where no strip
+    shows one."""
+    levels = []
+    for strip in strips:
+        n = np.arange(-strip.half_px, strip.half_px + 1)
+        core = raw_contrast(strip.values, weights, False, 1.3 * width)[np.abs(n) < 0.2 * width]
+        columns = nan_median(core)
+        columns = columns[np.isfinite(columns)]
+        if columns.size:
+            levels.append(np.median(columns))
+    return float(np.median(levels)) if levels else float("nan")
 
 
 def straight_contrast(

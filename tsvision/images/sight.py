@@ -23,7 +23,7 @@ from tsvision.images.candidates import (
     plausible,
     settle,
 )
-from tsvision.images.contrast import find_signal, raw_core
+from tsvision.images.contrast import core_of, find_signal
 from tsvision.images.linear import to_linear
 from tsvision.images.masks import extent_of, leg_spread, masks_of
 from tsvision.images.motion import motion_picture, moving_share
@@ -129,7 +129,7 @@ def find_sight(
     half = int(np.ceil(4.0 * width)) + 6
     strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
     weights, separation, by_distance = find_signal(strips, 0.5 * width)
-    core = np.nanmedian([np.nanmedian(raw_core(s, weights, width)) for s in strips])
+    core = core_of(strips, weights, width)
     sense = 1 if core >= 0 or by_distance else -1
     masks, shadow = masks_of(strips, weights, width, by_distance, False)
     near, far = leg_spread(masks, half, width)

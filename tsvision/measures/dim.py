@@ -23,10 +23,9 @@ BEYOND_D, BEYOND_PX = 0.1, 2.0  # nearer to the lit border it is that border its
 MOST_GAPS = 0.4  # share of what lies between lit and dim border that may be as dark as the ground
 THICK, BODY = 0.5, 0.6  # of a strand, across, and the share of that which stands off: else a fibre
 THIN = 1.0  # of a strand: what is narrower along the bundle is a fibre or a speck
-SHARP = (
-    0.45  # of a fall over twice FALL_PX: a border of which less falls within it is a shadow's, …
-)
-LIT = 0.3  # … unless lit strands lie right inside
+# A border of which less than SHARP of its fall within 2 FALL_PX falls within FALL_PX is a shadow's,
+# unless strands lit to LIT lie right inside.
+SHARP, LIT = 0.45, 0.3
 LEAST_SHARE, TIMES = 0.18, 2.0  # of the bundle, and of the other side's share: fewer are fibres
 
 

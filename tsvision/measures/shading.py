@@ -29,6 +29,8 @@ TEMPLATE_STEP_PX = 0.05
 TEMPLATE_GRID_PX = np.arange(TEMPLATE_START_PX, 30.0, TEMPLATE_STEP_PX)
 LAMPS_RAD = np.deg2rad(np.linspace(-90.0, 180.0, 13))
 BIN_PX = 0.25
+BLUR_RANGE_PX = (0.35, 6.0)
+PLACE_RANGE_PX = (-4.5, 2.5)  # of the true edge on a profile's axis: < 0 outside the edge assumed
 OUTSIDE_PX = 5.0
 
 
@@ -64,18 +66,13 @@ def inside_px(rho_px: float) -> float:
     return max(0.85 * rho_px, 2.5)
 
 
-def inside_of(rho_px: float) -> tuple[np.ndarray, np.ndarray]:
-    """On the template's grid: 1 on the strand, 0 outside; and x = 1 - t / rho, -1..1. (T,) each."""
+def light_shapes(rho_px: float, blur_px: float, lamps_rad: np.ndarray = LAMPS_RAD) -> np.ndarray:
+    """Blurred profiles of ambient light and of lamps (K,), (1 + K, T) on the template's grid."""
     # The sample on the edge itself counts half, else every edge lies half a step off.
     inside = np.clip(0.5 + TEMPLATE_GRID_PX / TEMPLATE_STEP_PX, 0.0, 1.0)
-    return inside, np.clip(1.0 - TEMPLATE_GRID_PX / rho_px, -1.0, 1.0)
-
-
-def light_shapes(rho_px: float, blur_px: float) -> np.ndarray:
-    """Blurred profiles of ambient light and of every lamp, (1 + 13, T) on the template's grid."""
-    inside, x = inside_of(rho_px)
+    x = np.clip(1.0 - TEMPLATE_GRID_PX / rho_px, -1.0, 1.0)
     facing = np.sqrt(1.0 - x * x)
-    lit = np.cos(LAMPS_RAD)[:, None] * facing + np.sin(LAMPS_RAD)[:, None] * x
+    lit = np.cos(lamps_rad)[:, None] * facing + np.sin(lamps_rad)[:, None] * x
     shapes = inside * np.vstack([np.ones_like(x), np.maximum(lit, 0.0)])
     sd = max(blur_px, 0.2) / TEMPLATE_STEP_PX
     return np.asarray(gaussian_filter1d(shapes, sd, axis=1, mode="nearest", truncate=3.5))

@@ -13,7 +13,9 @@ from scipy.ndimage import uniform_filter1d
 from scipy.optimize import OptimizeResult, least_squares, nnls
 
 from tsvision.measures.shading import (
+    BLUR_RANGE_PX,
     LAMPS_RAD,
+    PLACE_RANGE_PX,
     TEMPLATE_GRID_PX,
     EdgeProfile,
     Shading,
@@ -31,7 +33,6 @@ TIE_SD = 0.1  # how much a lamp may differ between the two limbs
 FLOOR = 0.003  # of a profile's span: what the model cannot describe at the limb, ...
 FLOOR_GROWTH = 20.0  # ... growing inwards, where neighbours shade and gleam
 REWEIGHED, REWEIGHED_BINS = 2, 9  # times, over this stretch of a profile
-FURTHEST_PX = 4.5  # outside the edge assumed
 RIVAL = 1.5  # times the best cost
 LAMP_POWER = 4  # of the two misfits' ratio: the better description counts more
 
@@ -58,7 +59,7 @@ def fit_shading(
     starts = [
         np.array([blur, *places])
         for places in ((0.0, 0.0), (-0.7 * rho_px, 0.0), (0.0, -0.7 * rho_px))
-        if min(places) > -FURTHEST_PX
+        if min(places) > PLACE_RANGE_PX[0]
     ]
     fits = [system.fit(start) for start in starts]
     for _ in range(REWEIGHED):
@@ -71,7 +72,7 @@ def fit_shading(
     apart = [abs(float((f.x - fit.x)[1:].sum())) for f in fits if f.cost < RIVAL * fit.cost + 1.0]
     q = fit.x
     if sense > 0:
-        lamp = fit_lamp(profiles, system.floor, rho_px, float(q[0]), FURTHEST_PX)
+        lamp = fit_lamp(profiles, system.floor, rho_px, float(q[0]))
         spread = system.misfit(q)
         share = 1.0 / (1.0 + (lamp.misfit / max(spread, 1e-12)) ** LAMP_POWER)
         apart.append(abs(float((lamp.places_px - q[1:]).sum())))
@@ -110,6 +111,8 @@ class _System:
             floor = FLOOR * np.ptp(p.value) * (1.0 + FLOOR_GROWTH * deep**2)
             self.sd.append(np.hypot(p.sd, np.maximum(floor, 1e-6)))
         self.floor = tuple(self.sd)
+        ends = np.cumsum([0, *(p.t_px.size for p in profiles)])
+        self.parts = (slice(ends[0], ends[1]), slice(ends[1], ends[2]))  # of the residuals
         lamps = LAMPS_RAD.size
         self.unknowns = 1 + lamps + 2
         own = np.zeros((lamps, 2 * self.unknowns))
@@ -166,7 +169,7 @@ class _System:
         return least_squares(
             self.residuals,
             start,
-            bounds=([0.35, -FURTHEST_PX, -FURTHEST_PX], [6.0, 2.5, 2.5]),
+            bounds=tuple(zip(BLUR_RANGE_PX, PLACE_RANGE_PX, PLACE_RANGE_PX, strict=True)),
             diff_step=1e-3,
             x_scale=[0.2, 0.2, 0.2],
             max_nfev=40,
@@ -177,7 +180,7 @@ class _System:
         fit = least_squares(
             lambda blur: self.residuals(np.concatenate([blur, places_px])),
             [blur_px],
-            bounds=([0.35], [6.0]),
+            bounds=BLUR_RANGE_PX,
             diff_step=1e-3,
             max_nfev=15,
         )
@@ -185,29 +188,24 @@ class _System:
 
     def misfit(self, q: np.ndarray) -> float:
         """Sum of squared residuals of both profiles in units of what is allowed at the limb."""
-        counts = [p.t_px.size for p in self.profiles]
-        off = self.residuals(q)[: sum(counts)]
-        ratio = np.concatenate([s / f for s, f in zip(self.sd, self.floor, strict=True)])
-        return float(np.sum((off * ratio) ** 2))
+        off = self.residuals(q)
+        sides = zip(self.parts, self.sd, self.floor, strict=True)
+        return float(sum(np.sum((off[part] * sd / floor) ** 2) for part, sd, floor in sides))
 
     def reweigh(self, q: np.ndarray) -> None:
         """Count each stretch of the profiles by how well the model describes it about there: bins
         side by side are off together (gleam, strands in front, few sub-pixel phases)."""
         off = self.residuals(q)
-        first = 0
-        for i, p in enumerate(self.profiles):
-            part = slice(first, first + p.t_px.size)
+        for i, part in enumerate(self.parts):
             square = uniform_filter1d((off[part] * self.sd[i]) ** 2, REWEIGHED_BINS, mode="nearest")
             sd = np.maximum(self.floor[i], np.sqrt(square))
             self.target[part] *= self.sd[i] / sd
             self.sd[i] = sd
-            first += p.t_px.size
 
     def residuals(self, q: np.ndarray) -> np.ndarray:
         return self.solve(q)[1]
 
     def rms(self, q: np.ndarray, side: int) -> float:
         """rms residual of one side's profile, in the signal's units."""
-        counts = [p.t_px.size for p in self.profiles]
-        part = slice(side * counts[0], counts[0] + side * counts[1])
-        return float(np.sqrt(np.mean((self.residuals(q)[part] * self.sd[side]) ** 2)))
+        off = self.residuals(q)[self.parts[side]]
+        return float(np.sqrt(np.mean((off * self.sd[side]) ** 2)))

@@ -12,14 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import least_squares, nnls
 
 from tsvision.measures.shading import (
+    BLUR_RANGE_PX,
+    PLACE_RANGE_PX,
     TEMPLATE_GRID_PX,
-    TEMPLATE_STEP_PX,
     EdgeProfile,
-    inside_of,
+    light_shapes,
 )
 
 STARTS_RAD = np.deg2rad([-45.0, 0.0, 45.0])
@@ -42,7 +42,6 @@ def fit_lamp(
     sd: tuple[np.ndarray, ...],
     rho_px: float,
     blur_start_px: float,
-    furthest_px: float,
 ) -> Lamp:
     """Fit the mean profiles (upper, lower) of strands brighter than their ground, each value with
     its sd (K,)."""
@@ -50,14 +49,12 @@ def fit_lamp(
     def off(q: np.ndarray) -> np.ndarray:
         return _residuals(profiles, sd, rho_px, q)
 
+    ranges = (BLUR_RANGE_PX, PLACE_RANGE_PX, PLACE_RANGE_PX, (-FURTHEST_RAD, FURTHEST_RAD))
     fits = [
         least_squares(
             off,
             [blur_start_px, 0.0, 0.0, theta],
-            bounds=(
-                [0.35, -furthest_px, -furthest_px, -FURTHEST_RAD],
-                [6.0, 2.5, 2.5, FURTHEST_RAD],
-            ),
+            bounds=tuple(zip(*ranges, strict=True)),
             x_scale=[0.2, 0.2, 0.2, 0.3],
             diff_step=1e-3,
             max_nfev=40,
@@ -75,22 +72,15 @@ def _residuals(
     q: np.ndarray,
 ) -> np.ndarray:
     """For q = (blur, both places, theta): of both profiles, light by least squares."""
-    inside, x = inside_of(rho_px)
-    facing = np.sqrt(1.0 - x * x)
-    width = max(q[0], 0.2) / TEMPLATE_STEP_PX
     target = np.concatenate([p.value / s for p, s in zip(profiles, sd, strict=True)])
     design = np.zeros((target.size, 7))  # the lamp; ambient and the ground's error of each side
     first = 0
     for side, (p, s) in enumerate(zip(profiles, sd, strict=True)):
         theta = q[3] if side == 0 else -q[3]
-        lit = inside * np.maximum(np.cos(theta) * facing + np.sin(theta) * x, 0.0)
-        shapes = gaussian_filter1d(
-            np.stack([lit, inside]), width, axis=1, mode="nearest", truncate=3.5
-        )
-        seen = [np.interp(p.t_px - q[1 + side], TEMPLATE_GRID_PX, shape) for shape in shapes]
+        shapes = light_shapes(rho_px, float(q[0]), np.array([theta]))
+        around, lit = (np.interp(p.t_px - q[1 + side], TEMPLATE_GRID_PX, shape) for shape in shapes)
         rows = slice(first, first + p.t_px.size)
-        design[rows, 0] = seen[0] / s
-        design[rows, 1 + 3 * side] = seen[1] / s
+        design[rows, 0], design[rows, 1 + 3 * side] = lit / s, around / s
         design[rows, 2 + 3 * side], design[rows, 3 + 3 * side] = 1.0 / s, -1.0 / s
         first += p.t_px.size
     light, _ = nnls(design, target)
