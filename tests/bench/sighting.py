@@ -65,8 +65,9 @@ class Sighted:
         }
 
 
-def settings_of(index: int, preset: str, seed: int) -> Settings:
-    """The `index`-th recording of a preset: N, side, sense and largest turns vary."""
+def settings_of(index: int, preset: str, seed: int, look: str | None) -> Settings:
+    """The `index`-th recording of a preset: N, side, sense and largest turns vary; the look too,
+    unless it is given."""
     random = np.random.default_rng([seed, index, PRESETS.index(preset)])
     count = COUNTS[index % len(COUNTS)]
     last = float(random.uniform(1.2, 3.4)) * ONSET[count]
@@ -78,7 +79,9 @@ def settings_of(index: int, preset: str, seed: int) -> Settings:
     }
     strings = Strings(count=count, handedness=str(random.choice(["Z", "S"])))
     seed_of_recording = int(random.integers(1, 10**6))
-    made = make_settings(turns, preset, seed_of_recording, strings=strings, changes=changes)
+    made = make_settings(
+        turns, preset, seed_of_recording, look=look, strings=strings, changes=changes
+    )
     return replace(made, seed=seed_of_recording)
 
 
@@ -150,12 +153,16 @@ def line_of(s: Sighted) -> str:
 def table(found: dict[str, list[Sighted]]) -> str:
     """Markdown: one row a preset, how many of its recordings have each thing right."""
     names = list(next(iter(found.values()))[0].right())
-    lines = [f"| preset | recordings | {' | '.join(names)} | frames D | frames pitch |"]
-    lines.append("| --- " * (len(names) + 4) + "|")
+    lines = [
+        f"| preset | recordings | {' | '.join(names)} | frames D | frames pitch | D off, median |"
+    ]
+    lines.append("| --- " * (len(names) + 5) + "|")
     for preset, some in found.items():
         right = [sum(s.right()[n] for s in some) for n in names]
         frames = [np.mean([getattr(s, k) for s in some]) for k in ("diameter_good", "pitch_good")]
+        off = np.nanmedian([abs(s.diameter - 1.0) for s in some])
         cells = [preset, str(len(some)), *map(str, right), *(f"{100 * f:.0f} %" for f in frames)]
+        cells.append(f"{100 * off:.1f} %")
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
 
@@ -165,6 +172,7 @@ def main() -> None:
     parser.add_argument("--each", type=int, default=8, help="recordings of every preset")
     parser.add_argument("--seed", type=int, default=1, help="first seed")
     parser.add_argument("--presets", default=",".join(PRESETS))
+    parser.add_argument("--look", help="of all recordings, such as side_lit; default: presets'")
     parser.add_argument("--keep", type=Path, help="folder in which the recordings stay")
     parser.add_argument("--folder", type=Path, help="look at the recordings in here instead")
     parser.add_argument("--only", default="", help="names must hold one of these, comma-separated")
@@ -178,7 +186,7 @@ def main() -> None:
                 continue
             if not source.exists():
                 index = int(source.name.split("_")[0])
-                write_recording(source, settings_of(index, preset, options.seed))
+                write_recording(source, settings_of(index, preset, options.seed, options.look))
             seen = look_at(source, options.frames)
             print(line_of(seen), file=sys.stderr, flush=True)
             found.setdefault(preset, []).append(seen)

@@ -28,7 +28,7 @@ from tsvision.measures.shading_fit import fit_shading
 from tsvision.measures.strands import Silhouette, outline
 
 LEAST_RISE = 0.3  # of the core's contrast, from the ground to within a strand
-FOUND_BACK_PX = 1.5  # from how far outside a match comes to the edge
+FOUND_BACK_PX = 1.5  # from how far off a match comes to the edge
 
 
 @dataclass(frozen=True)
@@ -209,9 +209,11 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
     found = []
     shades = _rising(shading)
     for rough, dim, outward, shade in zip(lit_edges(cut), cut.dim, (1, -1), shades, strict=True):
-        # Under a wide blur the rough edge lies further out than a match finds back from. Not all
-        # the way: what lies between two strands is found from outside.
-        back = min(inside_at(shade, cut.mask_level) + FOUND_BACK_PX, 0.0)
+        # Under a wide blur the rough edge lies further out than a match finds back from, before a
+        # limb without light further in. Not all the way: what lies between two strands is found
+        # from outside.
+        reached = inside_at(shade, cut.mask_level)
+        back = float(np.sign(reached)) * max(abs(reached) - FOUND_BACK_PX, 0.0)
         edge, weight = _matched(cut, rough, rough + outward * back, outward, shade)
         is_dim = np.isfinite(dim)
         if is_dim.any():

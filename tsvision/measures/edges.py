@@ -5,7 +5,14 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from tsvision.measures.shading import TEMPLATE_START_PX, TEMPLATE_STEP_PX, Shading
+from tsvision.measures.shading import (
+    TEMPLATE_START_PX,
+    TEMPLATE_STEP_PX,
+    Shading,
+    inside_at,
+)
+
+LIT = 0.25  # of the core's contrast: where the part begins that sends enough light to be matched
 
 
 @numba.njit(cache=True, fastmath=True)
@@ -134,6 +141,10 @@ def match_edges(
     # Further in, gleam and the strands in front differ from column to column.
     inside = min(0.8 * shading.rho_px, 2.0 * shading.blur_px + 0.5)
     inside = max(inside, 1.5 * shading.blur_px + 1.0)
+    # Where a limb sends hardly any light, what can be matched is the border of the lit part.
+    lit = inside_at(shading, LIT)
+    if lit > inside:
+        inside = min(lit + shading.blur_px, shading.rho_px)
     cosine = 1.0 / np.sqrt(1.0 + np.clip(slope, -1.5, 1.5) ** 2)
     _match(
         values,

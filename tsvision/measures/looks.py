@@ -31,12 +31,15 @@ from tsvision.measures.search import POOR
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import Shading, plain_shading
 from tsvision.measures.shading_fit import fit_shading
+from tsvision.measures.shape import shape_of
 from tsvision.measures.windows import near_window
 from tsvision.records import Rig, Scale
 
 SAMPLED_FRAMES = 8
 # What numerics raise on pictures without a usable edge; anything else is a fault of the code.
 UNLEARNABLE = (ValueError, FloatingPointError, ZeroDivisionError, np.linalg.LinAlgError, cv2.error)
+SETTLINGS = (2, 4)  # times, at least and at most, the edges are averaged again, ...
+SETTLED_PX = 0.3  # ... until their places move by no more
 THIN = 0.6  # of the section's width: what is thinner is no bundle of these strands
 SHARP = 1.2  # times the sharpest frame's blur: these teach where frames differ
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
@@ -133,9 +136,11 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     strand_px = sight.width_px / section.diameter_d
     shading = learn_shading(cuts, 0.5 * strand_px, sight.sense) or _plain(0.5 * strand_px)
     diameter = sight.width_px
-    steady = True
-    for _ in range(2):
-        shading, diameter, steady = _settle(cuts, section, shading, diameter, sight.sense)
+    steady, moved_px = True, np.inf
+    for turn in range(SETTLINGS[1]):
+        if turn >= SETTLINGS[0] and moved_px < SETTLED_PX:
+            break
+        shading, diameter, steady, moved_px = _settle(cuts, section, shading, diameter, sight.sense)
     if not np.array_equal(sight.weights, LUMA_BGR) or sight.by_distance:
         shading = (_in_colour(shading[0]), _in_colour(shading[1]))
         steady = True  # half the resolution and its blocks outdo what frames differ by
@@ -215,19 +220,22 @@ def _possible_widths(rig: Rig, scale: Scale) -> tuple[float, float] | None:
 
 def _settle(
     cuts: list[Cut], section: Section, shading: tuple[Shading, Shading], diameter: float, sense: int
-) -> tuple[tuple[Shading, Shading], float, bool]:
+) -> tuple[tuple[Shading, Shading], float, bool, float]:
     """Average the edges again along the fitted silhouettes, and learn shading and blur from that.
 
     Aligned on measured edges the mean profile is smeared by their scatter; aligned on the fitted
-    helix it is not. The places found by the sharper profile say how far the edges were off. Also
-    returns whether the frames are equally sharp.
+    helix it is not. The places found by the sharper profile say how far the edges were off. Returns
+    shading, D, whether the frames are equally sharp, and by how much the edges' places have moved.
     """
     fits = _fitted(cuts, section, shading, diameter, coil=False)
     if not any(f.fit.cost < POOR for _, f in fits):
         fits += _fitted(cuts, section, shading, diameter, coil=True)
     if not fits:
-        return shading, diameter, True
-    blurs = np.array([frame_blur_px(cut, fit, shading) for cut, fit in fits])
+        return shading, diameter, True, 0.0
+    # Along a silhouette that does not fit the mean edge is smeared, however sharp the frame is.
+    blurs = np.array(
+        [frame_blur_px(cut, f, shading) if f.fit.cost < POOR else np.nan for cut, f in fits]
+    )
     steady = alike(blurs)
     if not steady:  # the sharpest tell light from blur best
         fits = [f for f, b in zip(fits, blurs, strict=True) if not b > SHARP * np.nanmin(blurs)]
@@ -237,10 +245,11 @@ def _settle(
     known = [model_rows(cut, fit) for cut, fit in fits]
     mean = edge_profiles([cut for cut, _ in fits], rho, known)
     if mean is None:
-        return shading, diameter, steady
+        return shading, diameter, steady, 0.0
     bright = brightness_of([cut for cut, _ in fits])
-    upper, lower, _ = fit_shading(mean, rho, sense, shading[0].blur_px, bright)
-    return (upper, lower), diameter, steady
+    told = shape_of([(find_edges(cut, shading), fit) for cut, fit in fits])
+    upper, lower, places_px = fit_shading(mean, rho, sense, shading[0].blur_px, bright, told)
+    return (upper, lower), diameter, steady, float(np.abs(places_px).max())
 
 
 def _fitted(

@@ -23,6 +23,7 @@ from tsvision.measures.shading import (
     make_shading,
 )
 from tsvision.measures.shading_lamp import fit_lamp
+from tsvision.measures.shape import UNKNOWN, Shape
 
 # Before anything is seen: so much of the core's light comes from lamps, most of them beside the
 # camera; all lamps together may differ from that by LAMP_SD.
@@ -34,6 +35,7 @@ FLOOR = 0.003  # of a profile's span: what the model cannot describe at the limb
 FLOOR_GROWTH = 20.0  # ... growing inwards, where neighbours shade and gleam
 REWEIGHED, REWEIGHED_BINS = 2, 9  # times, over this stretch of a profile
 RIVAL = 1.5  # times the best cost
+WIDTH_PX = 0.02  # by which a width may be off
 LAMP_POWER = 4  # of the two misfits' ratio: the better description counts more
 
 
@@ -43,14 +45,15 @@ def fit_shading(
     sense: int = 1,
     blur_start_px: float = 1.0,
     brightness: float = 1.0,
+    shape: Shape = UNKNOWN,
 ) -> tuple[Shading, Shading, np.ndarray]:
     """Fit both sides' mean edge profiles (upper, lower) with one blur and nearly the same lamps.
 
     Signals in units of the core's contrast, > 0 inside. sense: +1 strings brighter than the
     ground, -1 darker: there light reduces the contrast. brightness: the core's light over its
-    contrast; dark strings before a bright ground send little light, however it falls. Returns
-    upper and lower shading and (2,) the true edges' places on the profiles' axis (negative:
-    outside the edge assumed).
+    contrast; dark strings before a bright ground send little light, however it falls. shape: what
+    the outline's shape tells of both edges' places together. Returns upper and lower shading and
+    (2,) the true edges' places on the profiles' axis (negative: outside the edge assumed).
     """
     system = _System(profiles, rho_px, sense, brightness)
     blur = float(np.clip(blur_start_px, 0.4, 5.5))
@@ -61,6 +64,7 @@ def fit_shading(
         for places in ((0.0, 0.0), (-0.7 * rho_px, 0.0), (0.0, -0.7 * rho_px))
         if min(places) > PLACE_RANGE_PX[0]
     ]
+    starts += [np.array([blur, *places]) for places in shape.starts()]
     fits = [system.fit(start) for start in starts]
     for _ in range(REWEIGHED):
         system.reweigh(min(fits, key=lambda f: f.cost).x)
@@ -78,6 +82,8 @@ def fit_shading(
         apart.append(abs(float((lamp.places_px - q[1:]).sum())))
         q = system.blur_at(q[0], q[1:] + share * (lamp.places_px - q[1:]))
     width_sd = float(np.hypot(width_sd, 0.5 * max(apart)))
+    told = shape.joined(float(q[1:].sum()), width_sd)
+    q, width_sd = system.fit_width(q, told.width_px), told.sd_px
     light = system.solve(q)[0]
     sides = []
     for i, own in enumerate(light.reshape(2, -1)):
@@ -185,6 +191,33 @@ class _System:
             max_nfev=15,
         )
         return np.concatenate([fit.x, places_px])
+
+    def fit_width(self, q: np.ndarray, width_px: float) -> np.ndarray:
+        """(blur, both places) (3,) from `q` on with the places' sum given: which limb it is that
+        goes on unseen, and how blurred both are, the profiles tell."""
+        if abs(width_px - float(q[1:].sum())) < WIDTH_PX:
+            return q
+
+        def off(free: np.ndarray) -> np.ndarray:
+            return self.residuals(np.array([free[0], free[1], width_px - free[1]]))
+
+        middle = 0.5 * (width_px - float(q[1:].sum()))
+        starts = (q[1] + middle, q[1] + 2.0 * middle, q[1])
+        low = max(PLACE_RANGE_PX[0], width_px - PLACE_RANGE_PX[1]) + 1e-3
+        high = min(PLACE_RANGE_PX[1], width_px - PLACE_RANGE_PX[0]) - 1e-3
+        fits = [
+            least_squares(
+                off,
+                [q[0], np.clip(place, low + 1e-3, high - 1e-3)],
+                bounds=tuple(zip(BLUR_RANGE_PX, (low, high), strict=True)),
+                diff_step=1e-3,
+                x_scale=[0.2, 0.2],
+                max_nfev=25,
+            )
+            for place in starts
+        ]
+        blur, upper = min(fits, key=lambda f: f.cost).x
+        return np.array([blur, upper, width_px - upper])
 
     def misfit(self, q: np.ndarray) -> float:
         """Sum of squared residuals of both profiles in units of what is allowed at the limb."""

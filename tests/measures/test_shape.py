@@ -1,0 +1,63 @@
+"""What the outline's shape alone tells of the width, and what that is good for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.measures.test_edges import offsets_for, seen, tube
+from tsvision.measures.bundle import BundleFit
+from tsvision.measures.helix import PHI, RHO, Edges, K, fit_helix, model_edges
+from tsvision.measures.search import _FREE_STRAIGHT
+from tsvision.measures.section import pair_core
+from tsvision.measures.shading_fit import fit_shading
+from tsvision.measures.shape import UNKNOWN, Shape, shape_of
+
+DIAMETER_PX = 30.0
+
+
+def fitted(strings: int, outside_px: float, phase_rad: float) -> tuple[Edges, BundleFit]:
+    """Edges of touching round strands, both found `outside_px` too far out, and the helix that
+    fits them best where they are taken for the true ones."""
+    section = pair_core(strings)
+    p = np.zeros(9)
+    p[RHO] = 0.5 * DIAMETER_PX / section.diameter_d
+    p[K], p[PHI] = np.tan(np.deg2rad(25.0)) / (0.5 * DIAMETER_PX), phase_rad
+    upper, lower = model_edges(p, section, -150.0, 301)
+    noise = 0.1 * np.random.default_rng(3).standard_normal((2, 301))
+    s, sure = np.arange(301.0), np.ones(301)
+    edges = Edges(s, upper + outside_px + noise[0], lower - outside_px + noise[1], sure, sure)
+    return edges, BundleFit(fit_helix(edges, section, p, _FREE_STRAIGHT), 0.0, 300.0, float("nan"))
+
+
+@pytest.mark.parametrize("strings", [2, 4, 6])
+@pytest.mark.parametrize("outside_px", [-2.0, 0.0, 1.0])
+def test_the_shape_tells_how_far_the_edges_are_off(strings: int, outside_px: float) -> None:
+    bundles = [fitted(strings, outside_px, phase) for phase in (0.2, 0.9, 1.6)]
+    told = shape_of(bundles)
+    taken_px = float(np.median([found.fit.diameter_px for _, found in bundles]))
+    assert taken_px - DIAMETER_PX == pytest.approx(2.0 * outside_px, abs=1.0)
+    assert taken_px - told.width_px == pytest.approx(DIAMETER_PX, abs=0.3)
+    assert told.sd_px > 0.035 * 0.85 * DIAMETER_PX  # real strands are not rigid circles
+
+
+def test_without_a_fit_nothing_is_told() -> None:
+    assert shape_of([]) == UNKNOWN
+    assert UNKNOWN.starts() == []
+
+
+def test_a_limb_without_light_is_placed_by_the_shape() -> None:
+    """One lamp 70 degrees to the side and hardly any light from elsewhere: what is seen of the dark
+    limb is where the lamp's light ends, taken here for the edge, as a first look does. 3.4 px."""
+    rho_px, shadow_px = 10.0, 3.4
+    offsets = offsets_for(rho_px)
+    turn = np.deg2rad(70.0)
+    lit, dark = (
+        tube(offsets + off, rho_px, 1.0, 0.01, np.cos(turn), sign * np.sin(turn))
+        for off, sign in ((0.0, 1.0), (shadow_px, -1.0))
+    )
+    profiles = seen(rho_px, lit, offsets), seen(rho_px, dark, offsets)
+    told = Shape(-shadow_px, 1.0)
+    *_, places = fit_shading(profiles, rho_px, shape=told)
+    assert abs(float(places.sum()) + shadow_px) < 1.0
+    assert abs(float(places[0])) < 0.3  # the lit limb is told by its light

@@ -1,0 +1,87 @@
+"""What the outline's shape alone tells of the width: rigid round strands that touch.
+
+By how much an outline swells and narrows along a turn depends on the strands' radius and not on
+how far outside, or inside, the true edges the measured ones lie. Strands are not quite rigid and
+not quite round, so that this tells the width within a few per cent only; but where one limb sends
+no light, and the light tells nothing of where it ends, that is far better.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tsvision.measures.bundle import BundleFit
+from tsvision.measures.helix import COILED, STRAIGHT, Edges, HelixFit, fit_helix, model_edges
+from tsvision.measures.shading import PLACE_RANGE_PX
+from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR
+
+SHARE = 0.035  # of D: how far strands that are not rigid circles lead astray
+# Edges of neighbouring columns are off together: a fit's own sd counts this many times.
+WIDENED = 3.0
+CONTRADICTED = 2.0  # sd
+UNTOLD_PX = 1e3
+FINEST_PX = 0.05  # residuals below which sides are equally good
+
+
+@dataclass(frozen=True)
+class Shape:
+    """width_px: by how much the true width is less than that of the edges assumed, with its sd."""
+
+    width_px: float
+    sd_px: float
+
+    def joined(self, width_px: float, sd_px: float) -> Shape:
+        """Together with what the light tells of the same width. Where the two contradict each
+        other it is the light's model that does not hold: a limb may send none."""
+        light = (EDGE_MODEL_FACTOR * sd_px) ** 2
+        off = self.width_px - width_px
+        light = max(light, (off / CONTRADICTED) ** 2 - self.sd_px**2)
+        share = light / (light + self.sd_px**2)
+        together = float(np.sqrt(share) * self.sd_px) / EDGE_MODEL_FACTOR
+        return Shape(width_px + share * off, together)
+
+    def starts(self) -> list[tuple[float, float]]:
+        """Places of both edges that agree with the shape, where it differs from those assumed."""
+        if abs(self.width_px) < self.sd_px:
+            return []
+        low, high = PLACE_RANGE_PX
+        place = min(max(self.width_px, low + 0.1), high - 0.1)
+        return [(place, 0.0), (0.0, place)]
+
+
+UNKNOWN = Shape(0.0, UNTOLD_PX)
+
+
+def shape_of(fitted: list[tuple[Edges, BundleFit]]) -> Shape:
+    """From the edges of some frames and the bundles fitted to them with the edges held."""
+    wider, own = [], []
+    for edges, found in fitted:
+        fit = found.fit
+        part = _by_trust(edges.window(found.s_low_px, found.s_high_px), fit)
+        free = fit_helix(part, fit.section, fit.p, COILED if fit.coiled else STRAIGHT)
+        wider.append(fit.diameter_px - free.diameter_px)
+        own.append(free.diameter_px_sd)
+    if not wider:
+        return UNKNOWN
+    scatter = max(1.25 * float(np.std(wider)), WIDENED * float(np.median(own)))
+    model = SHARE * float(np.median([found.fit.diameter_px for _, found in fitted]))
+    return Shape(float(np.median(wider)), float(np.hypot(model, scatter / np.sqrt(len(wider)))))
+
+
+def _by_trust(part: Edges, fit: HelixFit) -> Edges:
+    """The edges with the rougher side's weights lowered: where a limb's light ends depends on where
+    the strands around it lie, and does not follow the outline."""
+    z0 = 0.5 * float(part.s_px[0] - part.s_px[-1])
+    upper, lower = model_edges(fit.p, fit.section, z0, part.s_px.size)
+    rough = [
+        float(np.median(np.abs(seen - model)[weight > 0])) if (weight > 0).any() else np.inf
+        for seen, model, weight in (
+            (part.upper_px, upper, part.upper_weight),
+            (part.lower_px, lower, part.lower_weight),
+        )
+    ]
+    best = max(min(rough), FINEST_PX)
+    up, low = ((best / max(r, best)) ** 2 for r in rough)
+    return replace(part, upper_weight=up * part.upper_weight, lower_weight=low * part.lower_weight)
