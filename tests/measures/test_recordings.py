@@ -109,6 +109,20 @@ def test_a_slip_is_seen_in_the_pictures_alone(
     assert growth[1] == pytest.approx(0.95, abs=0.01)
 
 
+def test_a_limb_that_sends_no_light_is_placed_by_the_outline(tmp_path: Path) -> None:
+    """The lamp 70 degrees from the camera: 2 px of 21 thin where only the light was asked."""
+    changes = {"camera.width_px": 1280, "camera.height_px": 480}
+    settings = make_settings(
+        (5.0, 9.0, 13.0, 17.0), look="side_lit", strings=Strings(count=2), changes=changes
+    )
+    write_recording(tmp_path / "film", settings)
+    seen = measured(tmp_path / "film")[0]
+    truth = pd.read_parquet(tmp_path / "film" / "truth.parquet")
+    error = (seen["diameter_px"] - truth["diameter_px"]).abs()
+    assert error.max() < 0.8
+    assert (error < 2.0 * seen["diameter_px_sd"]).all()
+
+
 def test_front_lit_strands_are_nearly_as_thick_as_they_are(tmp_path: Path) -> None:
     """Bright strands of 8 px: the limb is dark, and D comes out 0.7 px thin. Measured 0.66 to 0.69,
     3.4 times the stated sd."""

@@ -136,11 +136,12 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     strand_px = sight.width_px / section.diameter_d
     shading = learn_shading(cuts, 0.5 * strand_px, sight.sense) or _plain(0.5 * strand_px)
     diameter = sight.width_px
-    steady, moved_px = True, np.inf
     for turn in range(SETTLINGS[1]):
-        if turn >= SETTLINGS[0] and moved_px < SETTLED_PX:
+        settled = _settle(cuts, section, shading, diameter, sight.sense)
+        shading, diameter = settled.shading, settled.diameter_px
+        if turn + 1 >= SETTLINGS[0] and settled.moved_px < SETTLED_PX:
             break
-        shading, diameter, steady, moved_px = _settle(cuts, section, shading, diameter, sight.sense)
+    steady = settled.steady
     if not np.array_equal(sight.weights, LUMA_BGR) or sight.by_distance:
         shading = (_in_colour(shading[0]), _in_colour(shading[1]))
         steady = True  # half the resolution and its blocks outdo what frames differ by
@@ -218,20 +219,29 @@ def _possible_widths(rig: Rig, scale: Scale) -> tuple[float, float] | None:
     return d / scale.mm_per_px, 2.2 * outer * d / scale.mm_per_px
 
 
+@dataclass(frozen=True)
+class _Settled:
+    """steady: whether the frames are equally sharp; moved_px: how far the edges' places went."""
+
+    shading: tuple[Shading, Shading]
+    diameter_px: float
+    steady: bool
+    moved_px: float
+
+
 def _settle(
     cuts: list[Cut], section: Section, shading: tuple[Shading, Shading], diameter: float, sense: int
-) -> tuple[tuple[Shading, Shading], float, bool, float]:
+) -> _Settled:
     """Average the edges again along the fitted silhouettes, and learn shading and blur from that.
 
     Aligned on measured edges the mean profile is smeared by their scatter; aligned on the fitted
-    helix it is not. The places found by the sharper profile say how far the edges were off. Returns
-    shading, D, whether the frames are equally sharp, and by how much the edges' places have moved.
+    helix it is not. The places found by the sharper profile say how far the edges were off.
     """
     fits = _fitted(cuts, section, shading, diameter, coil=False)
     if not any(f.fit.cost < POOR for _, f in fits):
         fits += _fitted(cuts, section, shading, diameter, coil=True)
     if not fits:
-        return shading, diameter, True, 0.0
+        return _Settled(shading, diameter, True, 0.0)
     # Along a silhouette that does not fit the mean edge is smeared, however sharp the frame is.
     blurs = np.array(
         [frame_blur_px(cut, f, shading) if f.fit.cost < POOR else np.nan for cut, f in fits]
@@ -245,11 +255,11 @@ def _settle(
     known = [model_rows(cut, fit) for cut, fit in fits]
     mean = edge_profiles([cut for cut, _ in fits], rho, known)
     if mean is None:
-        return shading, diameter, steady, 0.0
+        return _Settled(shading, diameter, steady, 0.0)
     bright = brightness_of([cut for cut, _ in fits])
     told = shape_of([(find_edges(cut, shading), fit) for cut, fit in fits])
     upper, lower, places_px = fit_shading(mean, rho, sense, shading[0].blur_px, bright, told)
-    return (upper, lower), diameter, steady, float(np.abs(places_px).max())
+    return _Settled((upper, lower), diameter, steady, float(np.abs(places_px).max()))
 
 
 def _fitted(
