@@ -213,6 +213,8 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
         # limb without light further in. Not all the way: what lies between two strands is found
         # from outside.
         reached = inside_at(shade, cut.mask_level)
+        if reached > shade.rho_px:  # a level that this side hardly has
+            reached = 0.0
         back = float(np.sign(reached)) * max(abs(reached) - FOUND_BACK_PX, 0.0)
         edge, weight = _matched(cut, rough, rough + outward * back, outward, shade)
         is_dim = np.isfinite(dim)
