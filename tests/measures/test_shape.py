@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tests.measures.pictures import picture
 from tests.measures.test_edges import offsets_for, seen, tube
 from tsvision.measures.bundle import BundleFit
-from tsvision.measures.helix import PHI, RHO, Edges, K, fit_helix, model_edges
-from tsvision.measures.search import _FREE_STRAIGHT
+from tsvision.measures.cut import cut_frame, find_edges
+from tsvision.measures.helix import EDGE, PHI, RHO, STRAIGHT, Edges, K, fit_helix, model_edges
+from tsvision.measures.recording import Measurer
 from tsvision.measures.section import pair_core
+from tsvision.measures.shading import TEMPLATE_GRID_PX
 from tsvision.measures.shading_fit import fit_shading
 from tsvision.measures.shape import UNKNOWN, Shape, shape_of
+from tsvision.records import Rig, Strings, View
 
 DIAMETER_PX = 30.0
 
@@ -26,8 +32,9 @@ def fitted(strings: int, outside_px: float, phase_rad: float) -> tuple[Edges, Bu
     upper, lower = model_edges(p, section, -150.0, 301)
     noise = 0.1 * np.random.default_rng(3).standard_normal((2, 301))
     s, sure = np.arange(301.0), np.ones(301)
+    held = tuple(i for i in STRAIGHT if i != EDGE)
     edges = Edges(s, upper + outside_px + noise[0], lower - outside_px + noise[1], sure, sure)
-    return edges, BundleFit(fit_helix(edges, section, p, _FREE_STRAIGHT), 0.0, 300.0, float("nan"))
+    return edges, BundleFit(fit_helix(edges, section, p, held), 0.0, 300.0, float("nan"))
 
 
 @pytest.mark.parametrize("strings", [2, 4, 6])
@@ -61,3 +68,22 @@ def test_a_limb_without_light_is_placed_by_the_shape() -> None:
     *_, places = fit_shading(profiles, rho_px, shape=told)
     assert abs(float(places.sum()) + shadow_px) < 1.0
     assert abs(float(places[0])) < 0.3  # the lit limb is told by its light
+
+
+def test_a_side_that_hardly_has_the_masks_level_is_still_matched() -> None:
+    """The outline of the mask says nothing there of how far inside the edge it runs: matches that
+    began as far out as it seemed found nothing, and such a film was not measured at all."""
+    pixels = picture(dark_on_bright=False)
+    measurer = Measurer(Rig(strings=Strings(count=2), view=View(separator_side="none")))
+    measurer.prime([pixels])
+    looks = measurer.looks
+    assert looks is not None
+    strand_px = looks.diameter_px / looks.section.diameter_d
+    cut = cut_frame(pixels, looks.sight, strand_px, looks.half_px)
+    assert cut is not None
+    cut = replace(cut, mask_level=0.6)
+    side = looks.shading[0]
+    weak = 0.99 * cut.mask_level * np.minimum(side.template / side.template.max(), 1.0)
+    weak[1.5 * side.rho_px < TEMPLATE_GRID_PX] = 1.01 * cut.mask_level
+    found = find_edges(cut, (replace(side, template=weak), looks.shading[1]))
+    assert (found.upper_weight > 0.0).mean() > 0.5
