@@ -53,6 +53,12 @@ def test_without_a_fit_nothing_is_told() -> None:
     assert UNKNOWN.starts() == []
 
 
+def test_edges_that_no_helix_fits_tell_nothing() -> None:
+    edges, found = fitted(2, 0.0, 0.2)
+    lost = replace(edges, upper_weight=0.0 * edges.s_px, lower_weight=0.0 * edges.s_px)
+    assert shape_of([(lost, found)]) == UNKNOWN
+
+
 def test_a_limb_without_light_is_placed_by_the_shape() -> None:
     """One lamp 70 degrees to the side and hardly any light from elsewhere: what is seen of the dark
     limb is where the lamp's light ends, taken here for the edge, as a first look does. 3.4 px."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsvision.measures.bundle import BundleFit
+from tsvision.measures.bundle import BundleFit, usable
 from tsvision.measures.helix import COILED, STRAIGHT, Edges, HelixFit, fit_helix, model_edges
 from tsvision.measures.shading import PLACE_RANGE_PX
 from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR
@@ -59,15 +59,20 @@ def shape_of(fitted: list[tuple[Edges, BundleFit]]) -> Shape:
     wider, own = [], []
     for edges, found in fitted:
         fit = found.fit
-        part = _by_trust(edges.window(found.s_low_px, found.s_high_px), fit)
-        free = fit_helix(part, fit.section, fit.p, COILED if fit.coiled else STRAIGHT)
+        part = edges.window(found.s_low_px, found.s_high_px)
+        if not usable(part):
+            continue
+        free = fit_helix(
+            _by_trust(part, fit), fit.section, fit.p, COILED if fit.coiled else STRAIGHT
+        )
         wider.append(fit.diameter_px - free.diameter_px)
         own.append(free.diameter_px_sd)
     if not wider:
         return UNKNOWN
     scatter = max(1.25 * float(np.std(wider)), WIDENED * float(np.median(own)))
     model = SHARE * float(np.median([found.fit.diameter_px for _, found in fitted]))
-    return Shape(float(np.median(wider)), float(np.hypot(model, scatter / np.sqrt(len(wider)))))
+    told = Shape(float(np.median(wider)), float(np.hypot(model, scatter / np.sqrt(len(wider)))))
+    return told if told.sd_px < UNTOLD_PX else UNKNOWN  # no fit came to an end: not a number
 
 
 def _by_trust(part: Edges, fit: HelixFit) -> Edges:
