@@ -25,7 +25,7 @@ from tsvision.measures.cut import (
 )
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.gap import Gap, gap_from_legs
-from tsvision.measures.helix import Section
+from tsvision.measures.helix import Edges, Section
 from tsvision.measures.legs import Face, face_from_legs
 from tsvision.measures.search import POOR
 from tsvision.measures.section import pair_core
@@ -237,65 +237,74 @@ def _settle(
     Aligned on measured edges the mean profile is smeared by their scatter; aligned on the fitted
     helix it is not. The places found by the sharper profile say how far the edges were off.
     """
-    fits = _fitted(cuts, section, shading, diameter, coil=False)
-    if not any(f.fit.cost < POOR for _, f in fits):
-        fits += _fitted(cuts, section, shading, diameter, coil=True)
+    seen = [(cut, find_edges(cut, shading)) for cut in cuts]
+    fits = _fitted(seen, section, diameter, coil=False)
+    if not any(f.bundle.fit.cost < POOR for f in fits):
+        fits += _fitted(seen, section, diameter, coil=True)
     if not fits:
         return _Settled(shading, diameter, True, 0.0)
     # Along a silhouette that does not fit the mean edge is smeared, however sharp the frame is.
     blurs = np.array(
-        [frame_blur_px(cut, f, shading) if f.fit.cost < POOR else np.nan for cut, f in fits]
+        [
+            frame_blur_px(f.cut, f.bundle, shading) if f.bundle.fit.cost < POOR else np.nan
+            for f in fits
+        ]
     )
     steady = alike(blurs)
     if not steady:  # the sharpest tell light from blur best
         fits = [f for f, b in zip(fits, blurs, strict=True) if not b > SHARP * np.nanmin(blurs)]
     fits = _best(fits)
-    diameter = float(np.median([f.fit.diameter_px for _, f in fits]))
+    diameter = float(np.median([f.bundle.fit.diameter_px for f in fits]))
     rho = 0.5 * diameter / section.diameter_d
-    known = [model_rows(cut, fit) for cut, fit in fits]
-    mean = edge_profiles([cut for cut, _ in fits], rho, known)
+    known = [model_rows(f.cut, f.bundle) for f in fits]
+    mean = edge_profiles([f.cut for f in fits], rho, known)
     if mean is None:
         return _Settled(shading, diameter, steady, 0.0)
-    bright = brightness_of([cut for cut, _ in fits])
-    told = shape_of([(find_edges(cut, shading), fit) for cut, fit in fits])
+    bright = brightness_of([f.cut for f in fits])
+    told = shape_of([(f.edges, f.bundle) for f in fits])
     upper, lower, places_px = fit_shading(mean, rho, sense, shading[0].blur_px, bright, told)
     return _Settled((upper, lower), diameter, steady, float(np.abs(places_px).max()))
 
 
+@dataclass(frozen=True)
+class _Fitted:
+    """A cut, its edges under the shading so far, and the bundle fitted to them."""
+
+    cut: Cut
+    edges: Edges
+    bundle: BundleFit
+
+
 def _fitted(
-    cuts: list[Cut],
-    section: Section,
-    shading: tuple[Shading, Shading],
-    diameter: float,
-    coil: bool,
-) -> list[tuple[Cut, BundleFit]]:
-    """The cuts that a helix describes, each with it; coils, costly to search, on demand only."""
-    fits: list[tuple[Cut, BundleFit]] = []
+    seen: list[tuple[Cut, Edges]], section: Section, diameter: float, coil: bool
+) -> list[_Fitted]:
+    """The cuts that a helix describes; coils, costly to search, on demand only."""
+    fits: list[_Fitted] = []
     before = None
-    for cut in cuts:
+    for cut, edges in seen:
         window = near_window(cut, diameter)
         if window is None:
             continue
-        edges = find_edges(cut, shading)
         if not coil and swing_px(edges.window(*window)) > SWINGS * diameter:
             continue
         fit = fit_window(edges, section, *window, diameter, float("nan"), before, coil=coil)
         if fit is not None and fit.fit.rms_px < max(0.6, 0.03 * diameter):
-            fits.append((cut, fit))
+            fits.append(_Fitted(cut, edges, fit))
             before = fit if fit.fit.cost < POOR else None
     return fits
 
 
-def _best(fits: list[tuple[Cut, BundleFit]]) -> list[tuple[Cut, BundleFit]]:
+def _best(fits: list[_Fitted]) -> list[_Fitted]:
     """Those that fit nearly as well as the best: a mean edge aligned on poor fits is smeared, looks
     blurred, and its ramp is taken for shading. Legs before the first turn fit well, but as a
     bundle of any width: where any fit shows half a turn, those that do not are left out. Along a
     coil the light falls on a limb from ever new sides: straight bundles tell it better."""
-    turned = [(cut, f) for cut, f in fits if f.s_high_px - f.s_low_px > 0.5 * f.fit.pitch_px]
-    fits = turned or fits
-    fits = [(cut, f) for cut, f in fits if not f.fit.coiled] or fits
-    limit = 1.25 * min(f.fit.rms_px for _, f in fits)
-    return [(cut, f) for cut, f in fits if f.fit.rms_px <= limit]
+    fits = [
+        f for f in fits if f.bundle.s_high_px - f.bundle.s_low_px > 0.5 * f.bundle.fit.pitch_px
+    ] or fits
+    fits = [f for f in fits if not f.bundle.fit.coiled] or fits
+    limit = 1.25 * min(f.bundle.fit.rms_px for f in fits)
+    return [f for f in fits if f.bundle.fit.rms_px <= limit]
 
 
 def _separator_face(ends: Ends, zone_px: float, cuts: list[Cut]) -> tuple[float, bool]:
