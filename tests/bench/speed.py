@@ -26,6 +26,7 @@ from typing import Any, TypeVar
 Thing = TypeVar("Thing")
 RENDERED = 24
 UNTIMED = 3
+MEASURED = 0.9  # of the frames: what is not measured is not fast
 CASES = {"straight": "10:11.15:0.05", "coiled": "34:35.15:0.05"}  # film-like steps
 AIMS = {"straight": 0.8, "coiled": 0.4}
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -129,6 +130,8 @@ def run_one(source: Path) -> dict[str, Any]:
     decode_s *= timed_count / count
     measured = int(np.isfinite([row.diameter_px for row in rows]).sum())
     assert decoded == count
+    if measured < MEASURED * count:
+        raise SystemExit(f"{source.name}: only {measured} of {count} frames measured")
     return {
         "frames": count,
         "measured": measured,

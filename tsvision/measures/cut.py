@@ -213,10 +213,11 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
         # limb without light further in. Not all the way: what lies between two strands is found
         # from outside.
         reached = inside_at(shade, cut.mask_level)
-        if reached > shade.rho_px:  # a level that this side hardly has
-            reached = 0.0
         back = float(np.sign(reached)) * max(abs(reached) - FOUND_BACK_PX, 0.0)
         edge, weight = _matched(cut, rough, rough + outward * back, outward, shade)
+        if reached > shade.rho_px:  # a dark limb, or a level that this side hardly has
+            here, well = _matched(cut, rough, rough, outward, shade)
+            edge, weight = (here, well) if well.sum() > weight.sum() else (edge, weight)
         is_dim = np.isfinite(dim)
         if is_dim.any():
             # Where no edge matches near a dim border, what does further in is where light ends.
