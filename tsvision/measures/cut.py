@@ -72,7 +72,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     if not np.isfinite(level) or abs(level) < max(1e-4, 1.5 * ground_noise):
         return None
     contrast /= level * falloff_along(core / level, sight.width_px)
-    contrast = np.nan_to_num(contrast, nan=0.0)
+    np.nan_to_num(contrast, copy=False, nan=0.0)
     mask = max(mask_level(contrast, inner), sight.shadow_level)
     silhouette = outline(contrast, sight.width_px, strand_px, 0, mask)
     # What is told by its colour, or by being darker, does not vanish where no light falls.
@@ -80,8 +80,8 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     dim = (none, none)
     if sight.sense > 0 and not sight.by_distance:
         dim = dim_edges(contrast, silhouette, sight.width_px, strand_px)
-    top = 255 if pixels.dtype == np.uint8 else 65535
-    saturated = float(np.mean(pixels[::3, ::3] >= top))
+    sampled = pixels[::8]
+    saturated = np.count_nonzero(sampled == np.iinfo(pixels.dtype).max) / max(sampled.size, 1)
     return Cut(
         contrast,
         light,

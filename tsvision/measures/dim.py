@@ -8,8 +8,10 @@ sharply as the lens draws, and by many times the noise. Shadows end softly; fibr
 
 from __future__ import annotations
 
+import cv2
+import numba
 import numpy as np
-from scipy.ndimage import grey_opening, uniform_filter1d
+from scipy.ndimage import grey_opening
 
 from tsvision.measures.strands import Silhouette
 
@@ -41,7 +43,7 @@ def dim_edges(
     none = np.full(contrast.shape[1], np.nan)
     if not lit.bundle.any():
         return none, none
-    smooth = uniform_filter1d(contrast, 3, axis=1)
+    smooth = _averaged(contrast, 3)
     upper = _beyond(smooth, lit.high + half, lit.bundle, width_px, strand_px)
     lower = 2 * half - _beyond(smooth[::-1], half - lit.low, lit.bundle, width_px, strand_px)
     above, below = (float(np.isfinite(side)[lit.bundle].mean()) for side in (upper, lower))
@@ -52,72 +54,100 @@ def dim_edges(
     return none, none
 
 
+def _averaged(values: np.ndarray, columns: int) -> np.ndarray:
+    """Mean over neighbouring columns, (R, M)."""
+    return cv2.blur(values, (columns, 1), borderType=cv2.BORDER_REFLECT)
+
+
 def _beyond(
     contrast: np.ndarray, border: np.ndarray, bundle: np.ndarray, width_px: float, strand_px: float
 ) -> np.ndarray:
     """The same at larger rows, every column for itself; border (M,): last lit row."""
     first = max(int(np.nanmin(border[bundle]) - strand_px) - 2 * FALL_PX, 0)  # further in is lit
-    contrast, border = contrast[first:], border - first
+    contrast, border = contrast[first:], np.where(bundle, border - first, np.nan)
     fall = contrast[:-FALL_PX] - contrast[FALL_PX:]
-    away = np.arange(fall.shape[0])[:, None] - np.where(bundle, border, np.nan)
+    away = np.arange(fall.shape[0])[:, None] - border
     beside = (away > REACH_D * width_px) & (away < 2.0 * REACH_D * width_px)
     if beside.sum() < FEWEST:
         return np.full(border.size, np.nan)
-    slow = uniform_filter1d(fall, max(round(2.0 * width_px), 3), axis=1)
+    slow = _averaged(fall, max(round(2.0 * width_px), 3))
     noise = 1.4826 * float(np.median(np.abs((fall - slow)[beside])))
     ground = float(np.percentile(slow[beside], GROUND_SHARE))
     least = max(NOISES * noise + ground, FAINTEST)
-    falls = (fall > least) & (away > 0.0) & (away < REACH_D * width_px)
-    last = fall.shape[0] - 1 - falls[::-1].argmax(axis=0)
-    column = np.arange(border.size)
-    # From further in, else the last of a lit border's blur would pass for a border of its own.
-    rows = np.clip(last + np.arange(-2, FALL_PX)[:, None], 0, contrast.shape[0] - 2)
-    steepest = (contrast[rows, column] - contrast[rows + 1, column]).argmax(axis=0)
-    place = np.take_along_axis(rows, steepest[None], axis=0)[0] + 0.5
-    strand = _is_joined(contrast, border, place, 0.25 * least)
-    strand &= _is_thick(contrast, place, fall[last, column], strand_px)
-    strand &= _is_sharp(contrast, place) & falls.any(axis=0) & bundle
-    reached = np.nan_to_num(np.where(strand, np.fmax(place, border), border))
+    thick = max(round(THICK * strand_px), 2)
+    place = _last_borders(contrast, border, least, REACH_D * width_px, thick)
+    reached = np.nan_to_num(np.where(np.isfinite(place), np.fmax(place, border), border))
     held = grey_opening(reached, size=max(round(THIN * strand_px), 3), mode="nearest")
     further: np.ndarray = held > border + max(BEYOND_D * width_px, BEYOND_PX)
     return np.where(further, held + first, np.nan)
 
 
+@numba.njit(cache=True)
+def _last_borders(
+    contrast: np.ndarray, border: np.ndarray, least: float, reach: float, thick: int
+) -> np.ndarray:  # pragma: no cover - compiled
+    """Rows (M,) of the outermost border of a strand within `reach` beyond the lit one; NaN where
+    none of strands is, or the lit border itself is unknown."""
+    rows, columns = contrast.shape
+    out = np.full(columns, np.nan)
+    for c in range(columns):
+        lit = border[c]
+        if np.isnan(lit):
+            continue
+        last = rows - FALL_PX - 1
+        while last > lit and (
+            last - lit >= reach or not contrast[last, c] - contrast[last + FALL_PX, c] > least
+        ):
+            last -= 1
+        if not last > lit:
+            continue
+        # From further in, else the last of a lit border's blur would pass for a border of its own.
+        row, steepest = 0, -np.inf
+        for r in range(max(last - 2, 0), min(last + FALL_PX, rows - 1)):
+            step = contrast[r, c] - contrast[r + 1, c]
+            if step > steepest:
+                row, steepest = r, step
+        column = contrast[:, c]
+        fall = column[last] - column[last + FALL_PX]
+        if (
+            _is_joined(column, lit, row, 0.25 * least)
+            and _is_thick(column, row, fall, thick)
+            and _is_sharp(column, row)
+        ):
+            out[c] = row + 0.5
+    return out
+
+
+@numba.njit(cache=True)
 def _is_joined(
-    contrast: np.ndarray, border: np.ndarray, place: np.ndarray, least: float
-) -> np.ndarray:
-    """(M,) whether most of what lies between two rows stands off the ground beyond: strands do;
-    before a fibre there is ground."""
-    rows = np.arange(contrast.shape[0])[:, None]
-    beyond = np.clip(place.astype(int) + FALL_PX, 0, contrast.shape[0] - 1)
-    ground = contrast[beyond, np.arange(border.size)]
-    between = (rows > border) & (rows < place - 1.0)
-    gaps = (between & (contrast < ground + least)).sum(axis=0)
-    joined: np.ndarray = gaps <= MOST_GAPS * between.sum(axis=0)
-    return joined
+    column: np.ndarray, lit: float, row: int, least: float
+) -> bool:  # pragma: no cover - compiled
+    """Whether most of what lies between two rows stands off the ground beyond: strands do; before a
+    fibre there is ground."""
+    ground = column[min(row + FALL_PX, column.size - 1)]
+    between = gaps = 0
+    for r in range(max(int(np.floor(lit)) + 1, 0), row):
+        between += 1
+        gaps += column[r] < ground + least
+    return gaps <= MOST_GAPS * between
 
 
+@numba.njit(cache=True)
 def _is_thick(
-    contrast: np.ndarray, place: np.ndarray, fall: np.ndarray, strand_px: float
-) -> np.ndarray:
-    """(M,) whether what ends at a row is nearly as thick as a strand."""
-    column, last = np.arange(place.size), contrast.shape[0] - 1
-    row = place.astype(int)
-    within = np.clip(row - np.arange(max(round(THICK * strand_px), 2))[:, None], 0, last)
-    ground = contrast[np.clip(row + FALL_PX, 0, last), column]
-    thick: np.ndarray = (contrast[within, column] > ground + 0.5 * fall).mean(axis=0) > BODY
-    return thick
+    column: np.ndarray, row: int, fall: float, thick: int
+) -> bool:  # pragma: no cover - compiled
+    """Whether what ends at a row is nearly as thick as a strand."""
+    ground = column[min(row + FALL_PX, column.size - 1)]
+    body = 0
+    for back in range(thick):
+        body += column[max(row - back, 0)] > ground + 0.5 * fall
+    return body > BODY * thick
 
 
-def _is_sharp(contrast: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """(M,) whether what ends at a row ends as a strand does, and not as a shadow or a smear."""
-    column, last = np.arange(place.size), contrast.shape[0] - 1
-    row = place.astype(int)
-
-    def fall(reach: int) -> np.ndarray:
-        inner = contrast[np.clip(row - reach + 1, 0, last), column]
-        outer: np.ndarray = contrast[np.clip(row + reach, 0, last), column]
-        return inner - outer
-
-    sharp: np.ndarray = fall(FALL_PX // 2) > SHARP * fall(FALL_PX)
-    return sharp | (contrast[np.clip(row - FALL_PX, 0, last), column] > LIT)
+@numba.njit(cache=True)
+def _is_sharp(column: np.ndarray, row: int) -> bool:  # pragma: no cover - compiled
+    """Whether what ends at a row ends as a strand does, and not as a shadow or a smear."""
+    last, half = column.size - 1, FALL_PX // 2
+    near = column[max(row - half + 1, 0)] - column[min(row + half, last)]
+    far = column[max(row - FALL_PX + 1, 0)] - column[min(row + FALL_PX, last)]
+    return near > SHARP * far or column[max(row - FALL_PX, 0)] > LIT

@@ -24,7 +24,15 @@ def envelope_px(
     period_px: float,
     diameter_px: float = float("nan"),
 ) -> np.ndarray:
-    """E(s) (M,) in px from both edges' distances to the axis; NaN outside the known columns.
+    """E(s) (M,) in px: `reach_px` with its dips closed over a period; NaN outside the columns."""
+    return closed_over(reach_px(upper_px, lower_px, known, diameter_px), period_px)
+
+
+def reach_px(
+    upper_px: np.ndarray, lower_px: np.ndarray, known: np.ndarray, diameter_px: float
+) -> np.ndarray:
+    """How far (M,) the strings are seen to reach from the axis, px, fibres cut off; NaN before the
+    first and after the last of the known columns.
 
     With D given, the middle of the two edges is taken as the coil's own swing: E >= D + 2 |swing|.
     The edges alone beat: a lobe of a strand has to meet a lobe of the coil to reach out to E, and
@@ -46,8 +54,18 @@ def envelope_px(
     if np.isfinite(diameter_px):
         width = np.where(both, upper_px - lower_px, np.nan)[index[0] : index[-1] + 1]
         filled = _without_fibres(filled, width, diameter_px)
-    size = int(np.clip(round(period_px), 3, filled.size))
-    out[index[0] : index[-1] + 1] = 2.0 * grey_closing(filled, size=size, mode="nearest")
+    out[index[0] : index[-1] + 1] = filled
+    return out
+
+
+def closed_over(reach: np.ndarray, period_px: float) -> np.ndarray:
+    """E(s) (M,): twice the reach, dips shorter than a period filled."""
+    index = np.flatnonzero(np.isfinite(reach))
+    out = np.full(reach.shape, np.nan)
+    if index.size:
+        filled = reach[index[0] : index[-1] + 1]
+        size = int(np.clip(round(period_px), 3, filled.size))
+        out[index[0] : index[-1] + 1] = 2.0 * grey_closing(filled, size=size, mode="nearest")
     return out
 
 

@@ -6,6 +6,7 @@ the mask begins at two thirds of the core's contrast, and a corner may keep only
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
@@ -26,7 +27,7 @@ def falloff_along(core: np.ndarray, width_px: float) -> np.ndarray:
     window = WINDOW_D * width_px
     count = max(round(columns / (0.5 * window)), 1)
     places = (np.arange(count) + 0.5) * columns / count
-    levels = np.array([_on_strings(middle, p - 0.5 * window, p + 0.5 * window) for p in places])
+    levels = _levels(middle.astype(float), places, window)
     told = levels > DIMMEST
     if told.sum() < 2:
         return np.ones(columns)
@@ -37,5 +38,13 @@ def falloff_along(core: np.ndarray, width_px: float) -> np.ndarray:
     return np.clip(np.interp(np.arange(columns), places, smooth), DIMMEST, 1.0 / DIMMEST)
 
 
-def _on_strings(middle: np.ndarray, first: float, last: float) -> float:
-    return float(np.percentile(middle[max(int(first), 0) : int(last) + 1], ON_STRINGS))
+@numba.njit(cache=True)
+def _levels(
+    middle: np.ndarray, places: np.ndarray, window: float
+) -> np.ndarray:  # pragma: no cover - compiled
+    """Contrast on the strings in a window about each place, (P,)."""
+    out = np.empty(places.size)
+    for i in range(places.size):
+        first, last = int(max(places[i] - 0.5 * window, 0.0)), int(places[i] + 0.5 * window)
+        out[i] = np.percentile(middle[first : last + 1], ON_STRINGS)
+    return out

@@ -11,10 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from tsvision.measures.envelope import baseline_px, envelope_px
+from tsvision.measures.envelope import baseline_px, closed_over, envelope_px, reach_px
 from tsvision.measures.helix import Edges
 from tsvision.measures.laid import coil_rate
 from tsvision.records import KnotSighting
@@ -51,10 +52,17 @@ class Outline:
 
     def closed_px(self, period_px: float, within: np.ndarray | None = None) -> np.ndarray:
         """E(s) (M,), dips shorter than a period filled; of the columns `within` alone if given."""
-        known = self.known if within is None else self.known & within
+        if within is None:
+            return closed_over(self.reach_px, period_px)
+        known = self.known & within
         return envelope_px(self.upper_px, self.lower_px, known, period_px, self.diameter_px)
 
-    @property
+    @cached_property
+    def reach_px(self) -> np.ndarray:
+        """How far (M,) the strings reach from the axis."""
+        return reach_px(self.upper_px, self.lower_px, self.known, self.diameter_px)
+
+    @cached_property
     def tight_px(self) -> np.ndarray:
         """E(s) (M,) closed over no more than a knot's coil."""
         return self.closed_px(max(0.5 * self.period_px, 1.2 * self.diameter_px))

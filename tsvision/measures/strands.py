@@ -76,37 +76,35 @@ def outline(
         single = (distance < 0.3 * width_px) & (run_high - run_low + 1 > 0.3 * width_px)
         # beyond the apex the outermost rows belong to the legs, the central run to the bundle
         split = (high - low) - (run_high - run_low) > 0.25 * strand_px
-    bundle, apex = _twisted_part(single & ~split, single, width_px, start)
+    bundle, apex = _twisted_part(single & ~split, width_px, start)
     low = np.where(bundle, low, np.nan)
     high = np.where(bundle, high, np.nan)
     return Silhouette(low, high, bundle, apex, cut & bundle)
 
 
-def _twisted_part(
-    clean: np.ndarray, single: np.ndarray, width_px: float, start: int
-) -> tuple[np.ndarray, float]:
+@numba.njit(cache=True)
+def _longest(good: np.ndarray, gap: int) -> tuple[int, int]:  # pragma: no cover - compiled
+    """First and last of the longest stretch of columns, gaps bridged; (0, -1) where there is
+    none."""
+    best_first, best_last, first, last = 0, -1, -1, -1
+    for c in range(good.size):
+        if good[c]:
+            if first < 0 or c - last - 1 > gap:
+                first = c
+            last = c
+            if last - first > best_last - best_first:
+                best_first, best_last = first, last
+    return best_first, best_last
+
+
+def _twisted_part(clean: np.ndarray, width_px: float, start: int) -> tuple[np.ndarray, float]:
     """The longest stretch of columns with one run, gaps up to 1.2 widths bridged (a tight coil
     leaves the axis for a moment); its first column is where the legs have met."""
     good = clean.copy()
     good[: max(start, 0)] = False
-    gap = max(int(1.2 * width_px), 3)
-    best, best_length = (0, -1), -1
-    first, last, misses = -1, -1, 0
-    for c, ok in enumerate(good):
-        if ok:
-            if first < 0:
-                first = c
-            last, misses = c, 0
-        elif first >= 0:
-            misses += 1
-            if misses > gap:
-                if last - first > best_length:
-                    best, best_length = (first, last), last - first
-                first = -1
-    if first >= 0 and last - first > best_length:
-        best = (first, last)
+    first, last = _longest(good, max(int(1.2 * width_px), 3))
     bundle = np.zeros(clean.size, dtype=bool)
-    if best[1] < best[0]:
+    if last < first:
         return bundle, float("nan")
-    bundle[best[0] : best[1] + 1] = True
-    return bundle, float(best[0])
+    bundle[first : last + 1] = True
+    return bundle, float(first)
