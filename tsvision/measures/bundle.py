@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -65,10 +65,12 @@ def fit_window(
     part = edges.window(s_low, s_high)
     if len(part.s_px) < 24 or not usable(part):
         return None
+    swing = swing_px(part) / diameter_px if coil else 0.0
+    if swing < SWINGS:  # along a straight bundle a dark limb's light ends equally far in throughout
+        part = replace(part, trust=(1.0, 1.0))
     best = None
     if before is not None and (coil or not before.fit.coiled):
         best = _carried_on(part, before, expected_rate, scale_px)
-    swing = swing_px(part) / diameter_px if coil else 0.0
     holds = _holds(best, before) and (best is None or best.coiled or swing < SWINGS)
     if not holds:
         long_enough = coil and s_high - s_low > 3.0 * diameter_px

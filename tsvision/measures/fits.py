@@ -23,6 +23,7 @@ def within_zone(edges: Edges, cut: Cut, looks: Looks) -> Edges:
         edges.lower_px,
         np.where(inside, edges.upper_weight, 0.0),
         np.where(inside, edges.lower_weight, 0.0),
+        looks.trust,
     )
 
 

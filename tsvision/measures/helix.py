@@ -380,28 +380,34 @@ def _minimise(
 
 @dataclass(frozen=True)
 class Edges:
-    """Two edges of a strip: n of the upper (larger n) and lower edge at s_px, weights 0..1."""
+    """Two edges of a strip: n of the upper (larger n) and lower edge at s_px, weights 0..1.
+
+    trust: by how much less than its weights either side counts in a fit. Where a dark limb's light
+    ends depends on where the strands around it lie, and follows the outline roughly only."""
 
     s_px: np.ndarray
     upper_px: np.ndarray
     lower_px: np.ndarray
     upper_weight: np.ndarray
     lower_weight: np.ndarray
+    trust: tuple[float, float] = (1.0, 1.0)
 
     def window(self, s_low: float, s_high: float) -> Edges:
         keep = (self.s_px >= s_low) & (self.s_px <= s_high)
         return Edges(
-            *(
-                v[keep]
-                for v in (
-                    self.s_px,
-                    self.upper_px,
-                    self.lower_px,
-                    self.upper_weight,
-                    self.lower_weight,
-                )
-            )
+            self.s_px[keep],
+            self.upper_px[keep],
+            self.lower_px[keep],
+            self.upper_weight[keep],
+            self.lower_weight[keep],
+            self.trust,
         )
+
+    @property
+    def trusted(self) -> tuple[np.ndarray, np.ndarray]:
+        """Weights (M,) of the upper and the lower edge in a fit."""
+        upper, lower = self.trust
+        return upper * self.upper_weight, lower * self.lower_weight
 
 
 def descend(
@@ -423,8 +429,7 @@ def descend(
         0.5 * float(edges.s_px[0] - edges.s_px[-1]),
         edges.upper_px,
         edges.lower_px,
-        edges.upper_weight,
-        edges.lower_weight,
+        *edges.trusted,
         scale_px,
         _step(start),
         iterations,
@@ -472,8 +477,7 @@ def fit_helix(
         z0,
         edges.upper_px,
         edges.lower_px,
-        edges.upper_weight,
-        edges.lower_weight,
+        *edges.trusted,
         scale_px,
         step,
         iterations,
@@ -483,7 +487,8 @@ def fit_helix(
     r = np.concatenate([edges.upper_px - up, edges.lower_px - low])
     w = np.concatenate([edges.upper_weight, edges.lower_weight])
     good = (w > 0) & (np.abs(r) < 3 * scale_px)
-    rms = float(np.sqrt(np.mean(r[good] ** 2))) if good.any() else float("inf")
+    side = np.repeat(edges.trust, edges.s_px.size)[good]
+    rms = float(np.sqrt(np.average(r[good] ** 2, weights=side))) if good.any() else float("inf")
     covariance = np.zeros((PARAMETERS, PARAMETERS))
     variance = max(rms, 1e-3) ** 2
     system = normal[np.ix_(free_ids, free_ids)] / variance + np.diag(1.0 / sd[free_ids] ** 2)

@@ -12,36 +12,21 @@ import numpy as np
 
 from tsvision.images.linear import LUMA_BGR
 from tsvision.images.sight import Sight, find_sight
-from tsvision.measures.blur import alike, frame_blur_px, model_rows
-from tsvision.measures.bundle import SWINGS, BundleFit, fit_window, swing_px
 from tsvision.measures.count import count_strands
-from tsvision.measures.cut import (
-    Cut,
-    brightness_of,
-    cut_frame,
-    edge_profiles,
-    find_edges,
-    learn_shading,
-)
+from tsvision.measures.cut import Cut, cut_frame, learn_shading
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.gap import Gap, gap_from_legs
-from tsvision.measures.helix import Edges, Section
+from tsvision.measures.helix import Section
 from tsvision.measures.legs import Face, face_from_legs
-from tsvision.measures.search import POOR
 from tsvision.measures.section import pair_core
+from tsvision.measures.settle import EdgeLook, settle
 from tsvision.measures.shading import Shading, plain_shading
-from tsvision.measures.shading_fit import fit_shading
-from tsvision.measures.shape import shape_of
-from tsvision.measures.windows import near_window
 from tsvision.records import Rig, Scale
 
 SAMPLED_FRAMES = 8
 # What numerics raise on pictures without a usable edge; anything else is a fault of the code.
 UNLEARNABLE = (ValueError, FloatingPointError, ZeroDivisionError, np.linalg.LinAlgError, cv2.error)
-SETTLINGS = (2, 4)  # times, at least and at most, the edges are averaged again, ...
-SETTLED_PX = 0.3  # ... until their places move by no more
 THIN = 0.6  # of the section's width: what is thinner is no bundle of these strands
-SHARP = 1.2  # times the sharpest frame's blur: these teach where frames differ
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
 
 
@@ -49,9 +34,9 @@ COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half reso
 class Looks:
     """All that stays the same in a recording.
 
-    strand_count N and its confidence (1 when given); shading of the upper and lower edge; steady:
-    whether all frames are equally sharp;
-    diameter_px as learnt; half_px rows of a strip; zero_px: s of the separator's face; zone_px: L;
+    strand_count N and its confidence (1 when given); shading of the upper and lower edge, and how
+    much either counts in a fit; steady: whether all frames are equally sharp; diameter_px as
+    learnt; half_px rows of a strip; zero_px: s of the separator's face; zone_px: L;
     face: the same as the legs tell it, None where they do not; gap: S as they tell it.
     """
 
@@ -61,6 +46,7 @@ class Looks:
     strand_count_given: bool
     strand_count_confidence: float
     shading: tuple[Shading, Shading]
+    trust: tuple[float, float]
     steady: bool
     diameter_px: float
     half_px: int
@@ -135,13 +121,8 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     section = pair_core(count)
     strand_px = sight.width_px / section.diameter_d
     shading = learn_shading(cuts, 0.5 * strand_px, sight.sense) or _plain(0.5 * strand_px)
-    diameter = sight.width_px
-    for turn in range(SETTLINGS[1]):
-        settled = _settle(cuts, section, shading, diameter, sight.sense)
-        shading, diameter = settled.shading, settled.diameter_px
-        if turn + 1 >= SETTLINGS[0] and settled.moved_px < SETTLED_PX:
-            break
-    steady = settled.steady
+    edge = settle(cuts, section, EdgeLook(shading, sight.width_px), sight.sense)
+    shading, steady = edge.shading, edge.steady
     if not np.array_equal(sight.weights, LUMA_BGR) or sight.by_distance:
         shading = (_in_colour(shading[0]), _in_colour(shading[1]))
         steady = True  # half the resolution and its blocks outdo what frames differ by
@@ -164,9 +145,10 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         strand_count_given=given is not None,
         strand_count_confidence=sure,
         shading=shading,
+        trust=edge.trust,
         steady=steady,
-        diameter_px=diameter,
-        half_px=max(half, int(np.ceil(2.2 * diameter)) + 6),
+        diameter_px=edge.diameter_px,
+        half_px=max(half, int(np.ceil(2.2 * edge.diameter_px)) + 6),
         ends=ends,
         scale=scale,
         zero_px=zero,
@@ -217,94 +199,6 @@ def _possible_widths(rig: Rig, scale: Scale) -> tuple[float, float] | None:
     count = rig.strings.count
     outer = pair_core(min(count, 8)).diameter_d if count else 3.7
     return d / scale.mm_per_px, 2.2 * outer * d / scale.mm_per_px
-
-
-@dataclass(frozen=True)
-class _Settled:
-    """steady: whether the frames are equally sharp; moved_px: how far the edges' places went."""
-
-    shading: tuple[Shading, Shading]
-    diameter_px: float
-    steady: bool
-    moved_px: float
-
-
-def _settle(
-    cuts: list[Cut], section: Section, shading: tuple[Shading, Shading], diameter: float, sense: int
-) -> _Settled:
-    """Average the edges again along the fitted silhouettes, and learn shading and blur from that.
-
-    Aligned on measured edges the mean profile is smeared by their scatter; aligned on the fitted
-    helix it is not. The places found by the sharper profile say how far the edges were off.
-    """
-    seen = [(cut, find_edges(cut, shading)) for cut in cuts]
-    fits = _fitted(seen, section, diameter, coil=False)
-    if not any(f.bundle.fit.cost < POOR for f in fits):
-        fits += _fitted(seen, section, diameter, coil=True)
-    if not fits:
-        return _Settled(shading, diameter, True, 0.0)
-    # Along a silhouette that does not fit the mean edge is smeared, however sharp the frame is.
-    blurs = np.array(
-        [
-            frame_blur_px(f.cut, f.bundle, shading) if f.bundle.fit.cost < POOR else np.nan
-            for f in fits
-        ]
-    )
-    steady = alike(blurs)
-    if not steady:  # the sharpest tell light from blur best
-        fits = [f for f, b in zip(fits, blurs, strict=True) if not b > SHARP * np.nanmin(blurs)]
-    fits = _best(fits)
-    diameter = float(np.median([f.bundle.fit.diameter_px for f in fits]))
-    rho = 0.5 * diameter / section.diameter_d
-    known = [model_rows(f.cut, f.bundle) for f in fits]
-    mean = edge_profiles([f.cut for f in fits], rho, known)
-    if mean is None:
-        return _Settled(shading, diameter, steady, 0.0)
-    bright = brightness_of([f.cut for f in fits])
-    told = shape_of([(f.edges, f.bundle) for f in fits])
-    upper, lower, places_px = fit_shading(mean, rho, sense, shading[0].blur_px, bright, told)
-    return _Settled((upper, lower), diameter, steady, float(np.abs(places_px).max()))
-
-
-@dataclass(frozen=True)
-class _Fitted:
-    """A cut, its edges under the shading so far, and the bundle fitted to them."""
-
-    cut: Cut
-    edges: Edges
-    bundle: BundleFit
-
-
-def _fitted(
-    seen: list[tuple[Cut, Edges]], section: Section, diameter: float, coil: bool
-) -> list[_Fitted]:
-    """The cuts that a helix describes; coils, costly to search, on demand only."""
-    fits: list[_Fitted] = []
-    before = None
-    for cut, edges in seen:
-        window = near_window(cut, diameter)
-        if window is None:
-            continue
-        if not coil and swing_px(edges.window(*window)) > SWINGS * diameter:
-            continue
-        fit = fit_window(edges, section, *window, diameter, float("nan"), before, coil=coil)
-        if fit is not None and fit.fit.rms_px < max(0.6, 0.03 * diameter):
-            fits.append(_Fitted(cut, edges, fit))
-            before = fit if fit.fit.cost < POOR else None
-    return fits
-
-
-def _best(fits: list[_Fitted]) -> list[_Fitted]:
-    """Those that fit nearly as well as the best: a mean edge aligned on poor fits is smeared, looks
-    blurred, and its ramp is taken for shading. Legs before the first turn fit well, but as a
-    bundle of any width: where any fit shows half a turn, those that do not are left out. Along a
-    coil the light falls on a limb from ever new sides: straight bundles tell it better."""
-    fits = [
-        f for f in fits if f.bundle.s_high_px - f.bundle.s_low_px > 0.5 * f.bundle.fit.pitch_px
-    ] or fits
-    fits = [f for f in fits if not f.bundle.fit.coiled] or fits
-    limit = 1.25 * min(f.bundle.fit.rms_px for f in fits)
-    return [f for f in fits if f.bundle.fit.rms_px <= limit]
 
 
 def _separator_face(ends: Ends, zone_px: float, cuts: list[Cut]) -> tuple[float, bool]:

@@ -311,8 +311,7 @@ def _valleys(
         -half,
         edges.upper_px,
         edges.lower_px,
-        edges.upper_weight,
-        edges.lower_weight,
+        *edges.trusted,
         0.25 * rho,
         max(0.35, min(1.0, 0.4 * rho)),
         costs,
@@ -405,6 +404,7 @@ def _shrunk(edges: Edges, factor: float) -> Edges:
         np.interp(grid, s, edges.lower_px / factor),
         edges.upper_weight[nearest],
         edges.lower_weight[nearest],
+        edges.trust,
     )
 
 

@@ -62,9 +62,9 @@ def shape_of(fitted: list[tuple[Edges, BundleFit]]) -> Shape:
         part = edges.window(found.s_low_px, found.s_high_px)
         if not usable(part):
             continue
-        free = fit_helix(
-            _by_trust(part, fit), fit.section, fit.p, COILED if fit.coiled else STRAIGHT
-        )
+        upper, lower = _trust(part, fit)
+        smooth = replace(part, trust=(upper**2, lower**2))  # the width is no longer held by both
+        free = fit_helix(smooth, fit.section, fit.p, COILED if fit.coiled else STRAIGHT)
         wider.append(fit.diameter_px - free.diameter_px)
         own.append(free.diameter_px_sd)
     if not wider:
@@ -75,9 +75,17 @@ def shape_of(fitted: list[tuple[Edges, BundleFit]]) -> Shape:
     return told if told.sd_px < UNTOLD_PX else UNKNOWN  # no fit came to an end: not a number
 
 
-def _by_trust(part: Edges, fit: HelixFit) -> Edges:
-    """The edges with the rougher side's weights lowered: where a limb's light ends depends on where
-    the strands around it lie, and does not follow the outline."""
+def trust_of(fitted: list[tuple[Edges, BundleFit]]) -> tuple[float, float]:
+    """How much either side's edges count in a fit: 1 for the smoother, less for the other as they
+    lie, typically, farther from the outline fitted to both."""
+    each = [_trust(edges.window(f.s_low_px, f.s_high_px), f.fit) for edges, f in fitted]
+    upper, lower = np.median(each, axis=0) if each else (1.0, 1.0)
+    return float(upper), float(lower)
+
+
+def _trust(part: Edges, fit: HelixFit) -> tuple[float, float]:
+    """Where a limb's light ends depends on where the strands around it lie: it does not follow the
+    outline. Such edges are off together over a lobe or two, and count less than as the square."""
     z0 = 0.5 * float(part.s_px[0] - part.s_px[-1])
     upper, lower = model_edges(fit.p, fit.section, z0, part.s_px.size)
     rough = [
@@ -88,5 +96,5 @@ def _by_trust(part: Edges, fit: HelixFit) -> Edges:
         )
     ]
     best = max(min(rough), FINEST_PX)
-    up, low = ((best / max(r, best)) ** 2 for r in rough)
-    return replace(part, upper_weight=up * part.upper_weight, lower_weight=low * part.lower_weight)
+    up, low = (best / max(r, best) for r in rough)
+    return up, low

@@ -1,0 +1,59 @@
+"""How a window's helix is fitted where one limb is dark."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter1d
+
+from tsvision.measures.bundle import fit_window
+from tsvision.measures.helix import KC, PHI, PHIC, RC, RHO, Edges, K, model_edges
+from tsvision.measures.search import POOR
+from tsvision.measures.section import pair_core
+from tsvision.measures.shape import trust_of
+
+DIAMETER_PX = 30.0
+NAN = float("nan")
+
+
+def dark_below(coil_px: float, seed: int) -> tuple[Edges, Edges]:
+    """Edges of two strands along a line that coils by so much, and the same with the lower ones up
+    to a strand inside, as the light falls there, lobe by lobe."""
+    section = pair_core(2)
+    p = np.zeros(9)
+    p[RHO] = 0.5 * DIAMETER_PX / section.diameter_d
+    p[K], p[PHI], p[RC], p[KC], p[PHIC] = 0.1, 0.4, coil_px, 0.07, 1.0
+    upper, lower = model_edges(p, section, -120.0, 241)
+    rng = np.random.default_rng(seed)
+    upper = upper + 0.1 * rng.standard_normal(241)
+    inside = gaussian_filter1d(rng.standard_normal(241), 8.0)
+    inside = np.abs(4.0 * inside / inside.std())
+    sure = np.ones(241)
+    lit = Edges(np.arange(241.0), upper, lower, sure, sure)
+    return lit, replace(lit, lower_px=lower + inside)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_along_a_coil_the_lit_limb_tells(seed: int) -> None:
+    lit, edges = dark_below(9.0, seed)
+    true = fit_window(lit, pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN)
+    even = fit_window(edges, pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN)
+    assert true is not None and even is not None and even.fit.cost > POOR / 2
+    trust = trust_of([(edges, even)])
+    assert trust[0] == 1.0 and trust[1] < 0.3
+    found = fit_window(replace(edges, trust=trust), pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN)
+    assert found is not None and found.fit.cost < 0.7 * even.fit.cost
+    assert found.fit.pitch_px == pytest.approx(true.fit.pitch_px, rel=0.01)
+    assert found.fit.diameter_px == pytest.approx(DIAMETER_PX, rel=0.03)
+
+
+def test_along_a_straight_bundle_both_limbs_count() -> None:
+    _, edges = dark_below(0.0, 0)
+    both, one = (
+        fit_window(replace(edges, trust=t), pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN, coil=False)
+        for t in ((1.0, 1.0), (1.0, 0.1))
+    )
+    assert both is not None and one is not None
+    assert both.fit.diameter_px == one.fit.diameter_px

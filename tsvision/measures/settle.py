@@ -1,0 +1,124 @@
+"""How a recording's edges look, learnt in rounds.
+
+A round finds edges, fits helices to them, averages the edges along those, and learns from the mean
+where the true edges lie.
+
+Aligned on measured edges the mean profile is smeared by their scatter; aligned on the fitted helix
+it is not. The places found by the sharper profile say how far the edges were off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tsvision.measures.blur import alike, frame_blur_px, model_rows
+from tsvision.measures.bundle import SWINGS, BundleFit, fit_window, swing_px
+from tsvision.measures.cut import Cut, brightness_of, edge_profiles, find_edges
+from tsvision.measures.helix import Edges, Section
+from tsvision.measures.search import POOR
+from tsvision.measures.shading import Shading
+from tsvision.measures.shading_fit import fit_shading
+from tsvision.measures.shape import shape_of, trust_of
+from tsvision.measures.windows import near_window
+
+ROUNDS = (2, 4)  # at least and at most, ...
+SETTLED_PX = 0.3  # ... until the edges' places move by no more
+SHARP = 1.2  # times the sharpest frame's blur: these teach where frames differ
+
+
+@dataclass(frozen=True)
+class EdgeLook:
+    """shading of the upper and lower edge; diameter_px of the bundles fitted; trust: how much
+    either edge counts in a fit; steady: whether the frames are equally sharp; moved_px: how far the
+    edges' places went in the last round."""
+
+    shading: tuple[Shading, Shading]
+    diameter_px: float
+    trust: tuple[float, float] = (1.0, 1.0)
+    steady: bool = True
+    moved_px: float = 0.0
+
+
+def settle(cuts: list[Cut], section: Section, first: EdgeLook, sense: int) -> EdgeLook:
+    """The look of the edges in some frames, from what a first glance took them for."""
+    look = first
+    for turn in range(ROUNDS[1]):
+        look = _again(cuts, section, look, sense)
+        if turn + 1 >= ROUNDS[0] and look.moved_px < SETTLED_PX:
+            break
+    return look
+
+
+def _again(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> EdgeLook:
+    seen = [(cut, replace(find_edges(cut, look.shading), trust=look.trust)) for cut in cuts]
+    fits = _fitted(seen, section, look.diameter_px, coil=False)
+    if not any(f.bundle.fit.cost < POOR for f in fits):
+        fits += _fitted(seen, section, look.diameter_px, coil=True)
+    if not fits:
+        return replace(look, steady=True, moved_px=0.0)
+    # Along a silhouette that does not fit the mean edge is smeared, however sharp the frame is.
+    blurs = np.array(
+        [
+            frame_blur_px(f.cut, f.bundle, look.shading) if f.bundle.fit.cost < POOR else np.nan
+            for f in fits
+        ]
+    )
+    steady = alike(blurs)
+    if not steady:  # the sharpest tell light from blur best
+        fits = [f for f, b in zip(fits, blurs, strict=True) if not b > SHARP * np.nanmin(blurs)]
+    fits = _best(fits)
+    diameter = float(np.median([f.bundle.fit.diameter_px for f in fits]))
+    rho = 0.5 * diameter / section.diameter_d
+    mean = edge_profiles([f.cut for f in fits], rho, [model_rows(f.cut, f.bundle) for f in fits])
+    if mean is None:
+        return replace(look, diameter_px=diameter, steady=steady, moved_px=0.0)
+    bright = brightness_of([f.cut for f in fits])
+    each = [(f.edges, f.bundle) for f in fits]
+    upper, lower, places_px = fit_shading(
+        mean, rho, sense, look.shading[0].blur_px, bright, shape_of(each)
+    )
+    moved_px = float(np.abs(places_px).max())
+    return EdgeLook((upper, lower), diameter, trust_of(each), steady, moved_px)
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    """A cut, its edges under the shading so far, and the bundle fitted to them."""
+
+    cut: Cut
+    edges: Edges
+    bundle: BundleFit
+
+
+def _fitted(
+    seen: list[tuple[Cut, Edges]], section: Section, diameter: float, coil: bool
+) -> list[_Fitted]:
+    """The cuts that a helix describes; coils, costly to search, on demand only."""
+    fits: list[_Fitted] = []
+    before = None
+    for cut, edges in seen:
+        window = near_window(cut, diameter)
+        if window is None:
+            continue
+        if not coil and swing_px(edges.window(*window)) > SWINGS * diameter:
+            continue
+        fit = fit_window(edges, section, *window, diameter, float("nan"), before, coil=coil)
+        if fit is not None and fit.fit.rms_px < max(0.6, 0.03 * diameter):
+            fits.append(_Fitted(cut, edges, fit))
+            before = fit if fit.fit.cost < POOR else None
+    return fits
+
+
+def _best(fits: list[_Fitted]) -> list[_Fitted]:
+    """Those that fit nearly as well as the best: a mean edge aligned on poor fits is smeared, looks
+    blurred, and its ramp is taken for shading. Legs before the first turn fit well, but as a
+    bundle of any width: where any fit shows half a turn, those that do not are left out. Along a
+    coil the light falls on a limb from ever new sides: straight bundles tell it better."""
+    fits = [
+        f for f in fits if f.bundle.s_high_px - f.bundle.s_low_px > 0.5 * f.bundle.fit.pitch_px
+    ] or fits
+    fits = [f for f in fits if not f.bundle.fit.coiled] or fits
+    limit = 1.25 * min(f.bundle.fit.rms_px for f in fits)
+    return [f for f in fits if f.bundle.fit.rms_px <= limit]
