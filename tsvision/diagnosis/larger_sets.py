@@ -23,8 +23,9 @@ from tsvision.diagnosis.candidates import (
     weighed,
 )
 from tsvision.diagnosis.fit import Fit, fit
-from tsvision.diagnosis.layout import start_grid
-from tsvision.diagnosis.noise import Noise
+from tsvision.diagnosis.layout import Layout, start_grid
+from tsvision.diagnosis.linearised import rows_and_jacobian, steps
+from tsvision.diagnosis.noise import Noise, minus_log_likelihood, weights_of
 from tsvision.diagnosis.problem import Problem, bounds, parameters
 from tsvision.mechanisms import MECHANISMS, Shape, Simulation
 from tsvision.mechanisms.drifting import ELASTIC
@@ -38,6 +39,7 @@ ALWAYS = ("radius_bias", "coiling")
 DEEPENED = 7
 TRAPPED = 10.0  # log evidence by which a larger set may stand behind the smaller one in it
 NEXT_TO_NOTHING = 0.03  # of the size that is expected
+ONSETS, SLIDING_STEPS = 60, 3  # tried where something jumps, and steps of the rest at each
 
 
 def fresh_pairs(problem: Problem, singles: list[Candidate]) -> list[Fit]:
@@ -84,8 +86,46 @@ def other_shapes(problem: Problem, best: Fit, fresh: bool = False) -> list[Fit]:
                 found.append(fit(problem, simulation))
             else:
                 start = carried_over(problem, best, simulation)
-                found.append(fit(problem, simulation, start, noise=(best.sigma, best.rho)))
+                noise = (best.sigma, best.rho)
+                if shape.jumps:
+                    start = slid(problem, simulation, start, noise, i)
+                found.append(fit(problem, simulation, start, noise=noise))
     return found
+
+
+def slid(
+    problem: Problem,
+    simulation: Simulation,
+    start: np.ndarray,
+    noise: tuple[np.ndarray, np.ndarray],
+    part: int,
+) -> np.ndarray:
+    """`start` with one part's onset where the rest, fitted to it by linear steps, leaves least.
+
+    What jumps at an onset cannot be followed down to it: to either side of a row the slope by the
+    onset says nothing of the next, and a fit stays where it began.
+    """
+    layout = Layout(problem, simulation)
+    at = layout.nz + sum(len(p.shape.parameters) for p in simulation.parts[:part])
+    names = [p.name for p in simulation.parts[part].shape.parameters]
+    onset = at + names.index("onset_turns")
+    low, high = layout.low[onset], layout.high[onset]
+    thetas = np.repeat(start[None], ONSETS, axis=0)
+    thetas[:, onset] = np.linspace(low, high, ONSETS)
+    model = Noise(problem, *noise)
+    for _ in range(SLIDING_STEPS):
+        rows, jacobian = rows_and_jacobian(problem, simulation, layout, thetas)
+        innovation = model.whiten(problem.table.value - rows)
+        white = model.whiten(jacobian)
+        white[:, :, onset] = 0.0
+        step = steps(layout, thetas, innovation, white, weights_of(innovation, problem.tail), 1e-3)
+        step[:, onset] = 0.0
+        thetas = layout.clip(thetas + step)
+    rows, _ = rows_and_jacobian(problem, simulation, layout, thetas)
+    innovation = model.whiten(problem.table.value - rows)
+    cost = minus_log_likelihood(innovation, model) + layout.penalty(thetas)
+    best: np.ndarray = thetas[int(np.nanargmin(cost))]
+    return best
 
 
 def without_one(problem: Problem, best: Fit) -> list[Fit]:

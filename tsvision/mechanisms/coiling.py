@@ -52,6 +52,17 @@ _SLOPE = Parameter(
     starts=(0.3,),
     null=None,
 )
+_JUMP = Parameter(
+    "jump_mm",
+    "mm",
+    "length that the first coil draws at once",
+    low=0.0,
+    high=6.0,
+    of="radius_mm",
+    prior="uniform",
+    starts=(0.3,),
+    null=None,
+)
 _WIDTH = Parameter(
     "width_turns",
     "turns",
@@ -91,6 +102,15 @@ def _freeze(onset: Onset) -> Effect:
 
 def _draw(state: State, p: Values) -> dict[str, np.ndarray]:
     drawn = p["length_per_turn_mm"] * state.coiled_rad / RAD_PER_TURN
+    return {"displacement_mm": state.displacement_mm + drawn}
+
+
+def _draw_with_jump(state: State, p: Values) -> dict[str, np.ndarray]:
+    """Straight helix and coils are stable side by side: the first coil snaps in, from one turn
+    level to the next."""
+    turns = state.coiled_rad / RAD_PER_TURN
+    drawn = p["length_per_turn_mm"] * turns
+    drawn = drawn + p["jump_mm"] * np.minimum(turns / state.reference.gap_turns, 1.0)
     return {"displacement_mm": state.displacement_mm + drawn}
 
 
@@ -142,6 +162,23 @@ MECHANISM = Mechanism(
             (_ONSET, _SLOPE, _WITH_LOAD),
             {"coils": _freeze(_by_load), "draw": _draw_share},
             frozenset({"loads"}),
+        ),
+        Shape(
+            "snap_by_load",
+            "x = x(n₀) + δ + c (turns − n₀) past n₀ = n (F/F_min)^q",
+            (_ONSET, _LENGTH, _WITH_LOAD, _JUMP),
+            {"coils": _freeze(_by_load), "draw": _draw_with_jump},
+            frozenset({"loads"}),
+            log_odds=-1.0,
+            jumps=True,
+        ),
+        Shape(
+            "snap",
+            "x = x(n₀) + δ + c (turns − n₀) past n₀",
+            (_ONSET, _LENGTH, _JUMP),
+            {"coils": _freeze(_common), "draw": _draw_with_jump},
+            log_odds=-1.0,
+            jumps=True,
         ),
         Shape(
             "rounded",
