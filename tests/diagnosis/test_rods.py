@@ -45,8 +45,8 @@ def test_three_loads_point_to_the_centre_radius_and_to_coiling() -> None:
     assert radius == pytest.approx(0.19, abs=0.02)  # d/2, where the strands' centres are
     assert answer.gain is not None and answer.gain["scheme"] == "leave-one-load-out"
     assert answer.gain["held_out_rmse_extended_mm"] < 0.4
-    # The torque under 2 kgf is largest at 14 turns, where the first coil snaps in; the coils' straight
-    # line, drawn back, leaves the helix at 11.2 already.
+    # The torque under 2 kgf is largest at 14 turns, where the first coil snaps in; the coils'
+    # straight line, drawn back, leaves the helix at 11.2 already.
     assert parameter(answer, "coiling", "onset_turns") == pytest.approx(14.0, abs=2.0)
     assert 0.4 < parameter(answer, "coiling", "jump_mm") < 1.6
     assert parameter(answer, "coiling", "length_per_turn_mm") == pytest.approx(
