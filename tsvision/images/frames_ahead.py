@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import queue
 import threading
 from collections.abc import Callable, Iterator
@@ -9,6 +10,18 @@ from typing import TypeVar
 
 T = TypeVar("T")
 _WAIT_S = 0.1
+_running: dict[threading.Thread, threading.Event] = {}
+
+
+@atexit.register
+def _stop_all() -> None:
+    """A thread that is killed inside a decoder takes the whole process down with it: an iterator
+    that was left half-way is ended before the interpreter goes."""
+    running = list(_running.items())
+    for _, stopped in running:
+        stopped.set()
+    for thread, _ in running:
+        thread.join(timeout=10)
 
 
 def ahead(make: Callable[[], Iterator[T]], count: int) -> Iterator[T]:
@@ -46,6 +59,7 @@ def ahead(make: Callable[[], Iterator[T]], count: int) -> Iterator[T]:
                 close()
 
     thread = threading.Thread(target=work, name="decode-ahead", daemon=True)
+    _running[thread] = stopped
     thread.start()
     try:
         while True:
@@ -59,3 +73,4 @@ def ahead(make: Callable[[], Iterator[T]], count: int) -> Iterator[T]:
     finally:
         stopped.set()
         thread.join(timeout=10)
+        _running.pop(thread, None)

@@ -20,6 +20,7 @@ finds light, ground, blur and the true edges' places from it.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -66,7 +67,7 @@ def inside_px(rho_px: float) -> float:
     return max(0.85 * rho_px, 2.5)
 
 
-def light_shapes(rho_px: float, blur_px: float, lamps_rad: np.ndarray = LAMPS_RAD) -> np.ndarray:
+def light_shapes(rho_px: float, blur_px: float, lamps_rad: np.ndarray) -> np.ndarray:
     """Blurred profiles of ambient light and of lamps (K,), (1 + K, T) on the template's grid."""
     # The sample on the edge itself counts half, else every edge lies half a step off.
     inside = np.clip(0.5 + TEMPLATE_GRID_PX / TEMPLATE_STEP_PX, 0.0, 1.0)
@@ -78,6 +79,15 @@ def light_shapes(rho_px: float, blur_px: float, lamps_rad: np.ndarray = LAMPS_RA
     return np.asarray(gaussian_filter1d(shapes, sd, axis=1, mode="nearest", truncate=3.5))
 
 
+@lru_cache(maxsize=8)
+def lamp_shapes(rho_px: float, blur_px: float) -> np.ndarray:
+    """`light_shapes` of LAMPS_RAD, to be read only: three in four steps of a fit move the edges
+    under the same blur."""
+    shapes = light_shapes(rho_px, blur_px, LAMPS_RAD)
+    shapes.flags.writeable = False
+    return shapes
+
+
 def make_shading(
     rho_px: float,
     blur_px: float,
@@ -87,7 +97,7 @@ def make_shading(
     place_sd_px: float = 0.0,
 ) -> Shading:
     """Shading with its template; `lamps` (13,) carry their sign (< 0: they reduce the contrast)."""
-    template = np.concatenate([[ambient], lamps]) @ light_shapes(rho_px, blur_px)
+    template = np.concatenate([[ambient], lamps]) @ lamp_shapes(rho_px, blur_px)
     return Shading(blur_px, rho_px, ambient, lamps, residual, place_sd_px, template)
 
 

@@ -19,7 +19,7 @@ from tsvision.measures.shading import (
     TEMPLATE_GRID_PX,
     EdgeProfile,
     Shading,
-    light_shapes,
+    lamp_shapes,
     make_shading,
 )
 from tsvision.measures.shading_lamp import fit_lamp
@@ -121,6 +121,7 @@ class _System:
         self.parts = (slice(ends[0], ends[1]), slice(ends[1], ends[2]))  # of the residuals
         lamps = LAMPS_RAD.size
         self.unknowns = 1 + lamps + 2
+        self.signs = np.array([1.0] + [float(sense)] * lamps)[:, None]
         own = np.zeros((lamps, 2 * self.unknowns))
         bright = float(np.clip(brightness, 0.02, 1.0))
         own[:, 1 : 1 + lamps] = np.eye(lamps) * np.sqrt(lamps) / (LAMP_SD * bright)
@@ -156,8 +157,7 @@ class _System:
 
     def solve(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Light (2 * unknowns,) and all residuals in their sd, for q = (blur, both places)."""
-        shapes = light_shapes(self.rho_px, float(q[0]))
-        shapes[1:] *= self.sense
+        shapes = self.signs * lamp_shapes(self.rho_px, float(q[0]))
         blocks = []
         for i, (p, sd) in enumerate(zip(self.profiles, self.sd, strict=True)):
             one = np.ones_like(p.t_px)

@@ -1,0 +1,50 @@
+"""Decoding ahead: in order, errors handed on, and no thread left behind."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from itertools import count, islice
+
+import pytest
+
+from tsvision.images.frames_ahead import ahead
+
+
+def test_items_come_in_order_and_the_thread_ends() -> None:
+    before = threading.active_count()
+    assert list(ahead(lambda: iter(range(50)), 3)) == list(range(50))
+    some = ahead(lambda: count(), 3)
+    assert list(islice(some, 4)) == [0, 1, 2, 3]
+    some.close()  # type: ignore[attr-defined]
+    assert threading.active_count() == before
+
+
+def test_an_error_comes_where_it_was_made() -> None:
+    def two_then_none() -> Iterator[int]:
+        yield from (1, 2)
+        raise OSError("no more")
+
+    got = ahead(two_then_none, 4)
+    assert [next(got), next(got)] == [1, 2]
+    with pytest.raises(OSError, match="no more"):
+        next(got)
+
+
+def test_a_program_may_end_with_frames_still_to_come() -> None:
+    """It ended by SIGABRT: the interpreter killed the thread inside the decoder."""
+    program = """
+import cv2, numpy as np
+from tsvision.images.frames_ahead import ahead
+coded = cv2.imencode(".png", np.random.default_rng(0).integers(0, 255, (1080, 1920), "u1"))[1]
+def frames():
+    while True:
+        yield cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE)
+left = ahead(frames, 2)
+next(left)
+"""
+    for _ in range(3):
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=60)
+        assert done.returncode == 0, done.stderr.decode()
