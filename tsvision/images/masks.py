@@ -21,7 +21,7 @@ def mask_level(contrast: np.ndarray, inner_px: float) -> float:
     """Contrast at which strings begin: low enough for the shadow side of a front-lit strand, which
     may keep a tenth of the core's contrast, and above what the ground itself varies by."""
     half = contrast.shape[0] // 2
-    ground = contrast[np.abs(np.arange(-half, half + 1)) > inner_px][::2, ::3]
+    ground = contrast[np.abs(np.arange(-half, half + 1)) > inner_px][::3, ::4]
     ground = ground[np.isfinite(ground)]
     if ground.size == 0:
         return MASK_LEVEL
@@ -36,8 +36,8 @@ def string_mask(contrast: np.ndarray, thin_px: float, level: float) -> np.ndarra
     of a strand can be darker than the ground (the negative part); a shadow on the ground is soft
     and must be twice as strong to count.
     """
-    known = np.nan_to_num(contrast)
-    raw = ((known > level) | (known < -2.0 * level)).astype(np.uint8)
+    with np.errstate(invalid="ignore"):  # NaN is no string
+        raw = ((contrast > level) | (contrast < -2.0 * level)).astype(np.uint8)
     k = max(1, round(thin_px)) | 1
     kernel = np.ones((k, k), np.uint8)  # a square is separable, hence fast
     return cv2.morphologyEx(cv2.morphologyEx(raw, cv2.MORPH_CLOSE, kernel), cv2.MORPH_OPEN, kernel)

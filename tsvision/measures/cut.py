@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
@@ -64,7 +65,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     if columns.size == 0:
         return None
     level = sight.sense * float(np.percentile(columns, 80.0))
-    steps = np.abs(np.diff(contrast[np.abs(n) > inner][::3]))
+    steps = np.abs(np.diff(contrast[np.abs(n) > inner][::6]))
     steps = steps[np.isfinite(steps)]
     if steps.size == 0:
         return None  # no ground in view beside an axis this wide
@@ -72,7 +73,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     if not np.isfinite(level) or abs(level) < max(1e-4, 1.5 * ground_noise):
         return None
     contrast /= level * falloff_along(core / level, sight.width_px)
-    np.nan_to_num(contrast, copy=False, nan=0.0)
+    cv2.patchNaNs(contrast, 0.0)
     mask = max(mask_level(contrast, inner), sight.shadow_level)
     silhouette = outline(contrast, sight.width_px, strand_px, 0, mask)
     # What is told by its colour, or by being darker, does not vanish where no light falls.

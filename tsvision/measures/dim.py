@@ -19,7 +19,7 @@ FALL_PX = 4  # over which a strand's border falls, whatever the lens
 FAINTEST = 0.035  # of the core's contrast: what falls by less is no border
 NOISES = 4.5  # of such falls on the ground beside
 GROUND_SHARE = 90.0  # percentile of how steeply the ground itself falls, by light and shadow
-FEWEST = 100  # samples of the ground that tell that
+FEWEST = 30  # samples of the ground that tell that
 REACH_D = 1.0  # how far beyond the lit strands dim ones are sought
 BEYOND_D, BEYOND_PX = 0.1, 2.0  # nearer to the lit border it is that border itself
 MOST_GAPS = 0.4  # share of what lies between lit and dim border that may be as dark as the ground
@@ -66,12 +66,13 @@ def _beyond(
     first = max(int(np.nanmin(border[bundle]) - strand_px) - 2 * FALL_PX, 0)  # further in is lit
     contrast, border = contrast[first:], np.where(bundle, border - first, np.nan)
     fall = contrast[:-FALL_PX] - contrast[FALL_PX:]
-    away = np.arange(fall.shape[0])[:, None] - border
+    some = slice(None, None, 3)  # of the columns: enough
+    away = np.arange(fall.shape[0])[:, None] - border[some]
     beside = (away > REACH_D * width_px) & (away < 2.0 * REACH_D * width_px)
     if beside.sum() < FEWEST:
         return np.full(border.size, np.nan)
-    slow = _averaged(fall, max(round(2.0 * width_px), 3))
-    noise = 1.4826 * float(np.median(np.abs((fall - slow)[beside])))
+    slow = _averaged(fall, max(round(2.0 * width_px), 3))[:, some]
+    noise = 1.4826 * float(np.median(np.abs((fall[:, some] - slow)[beside])))
     ground = float(np.percentile(slow[beside], GROUND_SHARE))
     least = max(NOISES * noise + ground, FAINTEST)
     thick = max(round(THICK * strand_px), 2)
