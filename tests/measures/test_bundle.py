@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 
-from tsvision.measures.bundle import fit_window
+from tsvision.measures.bundle import BundleFit, fit_window
+from tsvision.measures.fits import _better
 from tsvision.measures.helix import KC, PHI, PHIC, RC, RHO, Edges, K, model_edges
 from tsvision.measures.search import POOR
 from tsvision.measures.section import pair_core
@@ -57,3 +58,15 @@ def test_along_a_straight_bundle_both_limbs_count() -> None:
     )
     assert both is not None and one is not None
     assert both.fit.diameter_px == one.fit.diameter_px
+
+
+def test_a_short_straight_stretch_does_not_stand_for_the_bundle() -> None:
+    """In a third of a turn hardly anything can misfit: a long fit beside the separator stays."""
+    lit, _ = dark_below(0.0, 0)
+    long = fit_window(lit, pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN)
+    assert long is not None and not long.fit.coiled
+    rough = replace(long, fit=replace(long.fit, cost=0.4))
+    good = replace(long.fit, cost=0.3)
+    assert not _better(BundleFit(good, 100.0, 120.0), rough)
+    assert _better(BundleFit(good, 100.0, 240.0), rough)
+    assert not _better(BundleFit(replace(good, cost=0.39), 100.0, 240.0), rough)

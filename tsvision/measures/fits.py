@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tsvision.measures.bundle import BundleFit, fit_window, swing_px
@@ -11,6 +13,7 @@ from tsvision.measures.looks import Looks
 from tsvision.measures.windows import even_stretches
 
 NAN = float("nan")
+LEAST_TURNS = 0.9  # that tell pitch and width apart
 
 
 def within_zone(edges: Edges, cut: Cut, looks: Looks) -> Edges:
@@ -87,10 +90,12 @@ def fit_bundle(
     if swings or poor:
         low = min(start + 2.4 * d * skip, max(last - 7.0 * d, start + 0.6 * d * skip))
         low, high = even_stretches(edges, low, last, d)[0]
+        # Costs can be compared only where both limbs count alike.
+        part = edges if swings else replace(edges, trust=(1.0, 1.0))
         coiled = fit_window(
-            edges, looks.section, low, min(low + 8.0 * d, high), d, rate, near_before
+            part, looks.section, low, min(low + 8.0 * d, high), d, rate, near_before
         )
-        if near is None or (coiled is not None and coiled.fit.cost < 0.9 * near.fit.cost):
+        if near is None or (coiled is not None and _better(coiled, near)):
             near = coiled or near
     mid = None
     middle = 0.5 * (first + last)
@@ -103,3 +108,11 @@ def fit_bundle(
         low, high = max(low, centre - span), min(high, centre + span)
         mid = fit_window(edges, looks.section, low, high, d, rate, mid_before or near)
     return near, mid
+
+
+def _better(other: BundleFit, near: BundleFit) -> bool:
+    """Whether a fit farther from the apex describes the bundle better than the straight one beside
+    it. A short stretch is easily described: straight, it must show as much of a turn, or one."""
+    turns = [(f.s_high_px - f.s_low_px) / f.fit.pitch_px for f in (other, near)]
+    shown = other.fit.coiled or turns[0] > min(turns[1], LEAST_TURNS)
+    return shown and other.fit.cost < 0.9 * near.fit.cost
