@@ -75,7 +75,7 @@ class Shape:
     effects: Mapping[str, Effect]
     needs: frozenset[str] = frozenset()  # of: load, loads, time, unwinding, bundles
     log_odds: float = 0.0  # how likely before any data, against the other shapes
-    jumps: bool = False  # at its onset, from one row to the next
+    jumps: bool = False  # at its `onset_turns`, from one row to the next
 
 
 @dataclass(frozen=True)
