@@ -57,11 +57,7 @@ UNKNOWN = Shape(0.0, UNTOLD_PX)
 def shape_of(fitted: list[tuple[Edges, BundleFit]]) -> Shape:
     """From the edges of some frames and the bundles fitted to them with the edges held."""
     wider, own = [], []
-    for edges, found in fitted:
-        fit = found.fit
-        part = edges.window(found.s_low_px, found.s_high_px)
-        if not usable(part):
-            continue
+    for part, fit in _usable(fitted):
         upper, lower = _trust(part, fit)
         smooth = replace(part, trust=(upper**2, lower**2))  # the width is no longer held by both
         free = fit_helix(smooth, fit.section, fit.p, COILED if fit.coiled else STRAIGHT)
@@ -78,9 +74,15 @@ def shape_of(fitted: list[tuple[Edges, BundleFit]]) -> Shape:
 def trust_of(fitted: list[tuple[Edges, BundleFit]]) -> tuple[float, float]:
     """How much either side's edges count in a fit: 1 for the smoother, less for the other as they
     lie, typically, farther from the outline fitted to both."""
-    each = [_trust(edges.window(f.s_low_px, f.s_high_px), f.fit) for edges, f in fitted]
+    each = [_trust(part, fit) for part, fit in _usable(fitted)]
     upper, lower = np.median(each, axis=0) if each else (1.0, 1.0)
     return float(upper), float(lower)
+
+
+def _usable(fitted: list[tuple[Edges, BundleFit]]) -> list[tuple[Edges, HelixFit]]:
+    """The edges that each bundle was fitted to, where both sides show enough of them."""
+    parts = [(edges.window(found.s_low_px, found.s_high_px), found.fit) for edges, found in fitted]
+    return [(part, fit) for part, fit in parts if usable(part)]
 
 
 def _trust(part: Edges, fit: HelixFit) -> tuple[float, float]:
