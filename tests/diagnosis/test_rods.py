@@ -60,6 +60,11 @@ def test_the_flexible_string_too() -> None:
     answer = read(("flexible_d35",), 0.35, ("displacement_mm",))
     assert {"radius_bias", "coiling"} <= {cause.name for cause in answer.causes}
     assert answer.gain is not None and answer.gain["held_out_rmse_extended_mm"] < 0.6
+    # Its torque is largest at 23 turns, where its first coil stands; it grew over two turns.
+    onset = next(c for c in answer.causes if c.name == "coiling").parameters["onset_turns"]
+    assert onset.value == pytest.approx(23.0, abs=2.0)
+    assert onset.low < 23.0 < onset.high
+    assert onset.high - onset.low > 1.0  # a line without a first jump fits nearly as well
 
 
 def test_torque_tells_the_bending_stiffness() -> None:

@@ -119,7 +119,8 @@ def _compose(
     base = {"model": problem.base, key: rms((table.value - plain)[counted]), "unit": unit}
     shown = best if sets else selection.base
     extended = {key: rms((table.value - shown.predicted)[counted]), "unit": unit}
-    causes = tuple(causes_of(problem, best)) if sets else ()
+    chosen = selection.chosen
+    causes = tuple(causes_of(problem, chosen)) if sets and chosen is not None else ()
     following = proposal_dict(proposal_of(problem, selection, sets, survivors)) if sets else None
     rivals = rivals_of(selection, sets)
     gained = None if gain is None else gain_dict(gain)

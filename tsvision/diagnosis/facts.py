@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from tsvision.diagnosis.candidates import Selection, weighed
+from tsvision.diagnosis.averaging import posterior_over_shapes
+from tsvision.diagnosis.candidates import Candidate, Selection, weighed
 from tsvision.diagnosis.confounding import ONE_RADIUS, TELL_RADIUS
 from tsvision.diagnosis.fit import Fit, posterior
 from tsvision.diagnosis.gain import Gain
@@ -22,9 +23,10 @@ OUTLIER_WEIGHT = 0.2  # of a Student-t residual: beyond about 4.5 times the nois
 SHOWN_RIVALS = 4
 
 
-def causes_of(problem: Problem, best: Fit) -> list[Cause]:
-    """The parts of a fit with their parameters and 95 % intervals."""
-    found = posterior(problem, best)
+def causes_of(problem: Problem, chosen: Candidate) -> list[Cause]:
+    """The parts of the best fit with their parameters and 95 % intervals."""
+    best = chosen.best
+    found = posterior_over_shapes(problem, chosen)
     units = {key: p.unit for key, p in parameters(best.simulation)}
     return [
         Cause(

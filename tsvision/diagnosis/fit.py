@@ -228,12 +228,17 @@ def posterior(problem: Problem, fitted: Fit) -> dict[str, tuple[float, float, fl
     from scipy.special import stdtrit
 
     reach = float(stdtrit(max(fitted.dof, 1.0), 0.975))
-    nz = problem.nuisances
     out = {}
-    for i, (key, p) in enumerate(parameters(fitted.simulation)):
-        sd = float(np.sqrt(fitted.covariance[nz + i, nz + i]))
-        low, high = bounds(p)
-        ends = np.clip([fitted.u[i], fitted.u[i] - reach * sd, fitted.u[i] + reach * sd], low, high)
+    for key, p in parameters(fitted.simulation):
+        u, sd = standing_of(problem, fitted, key)
+        ends = np.clip([u, u - reach * sd, u + reach * sd], *bounds(p))
         value, a, b = (float(to_value(p, e, problem.reference)) for e in ends)
         out[key] = (value, a, b)
     return out
+
+
+def standing_of(problem: Problem, fitted: Fit, key: str) -> tuple[float, float]:
+    """Where a parameter stands and its standard deviation, in prior units."""
+    i = [name for name, _ in parameters(fitted.simulation)].index(key)
+    at = problem.nuisances + i
+    return float(fitted.u[i]), float(np.sqrt(fitted.covariance[at, at]))

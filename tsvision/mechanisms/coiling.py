@@ -114,6 +114,15 @@ def _draw_with_jump(state: State, p: Values) -> dict[str, np.ndarray]:
     return {"displacement_mm": state.displacement_mm + drawn}
 
 
+def _draw_with_rounded_jump(state: State, p: Values) -> dict[str, np.ndarray]:
+    """A supple string's first coil grows over some turns; what it draws follows the share of each
+    turn that coils take."""
+    turns = state.coiled_rad / RAD_PER_TURN
+    share = -np.expm1(-turns / p["width_turns"])  # the softplus's own slope
+    drawn = p["length_per_turn_mm"] * turns + p["jump_mm"] * share
+    return {"displacement_mm": state.displacement_mm + drawn}
+
+
 def _slope_mm_per_turn(state: State) -> np.ndarray:
     """The slope of the frozen helix: dx/dturns = 2π r (S/2 + α r)/(L + x)."""
     across = state.hole_mm / 2 + state.alpha_rad * state.radius_mm
@@ -185,6 +194,12 @@ MECHANISM = Mechanism(
             "the straight line, rounded in over w",
             (_ONSET, _LENGTH, _WIDTH),
             {"coils": _freeze(_common), "draw": _draw},
+        ),
+        Shape(
+            "rounded_snap",
+            "the first coil's length δ and the straight line, both rounded in over w",
+            (_ONSET, _LENGTH, _WIDTH, _JUMP),
+            {"coils": _freeze(_common), "draw": _draw_with_rounded_jump},
         ),
     ),
     checks="look for coils on the frames past the onset; the torque is flat there",
