@@ -16,9 +16,11 @@ from synth.build import make_settings
 from synth.recording import write_recording
 from synth.settings import Strings
 from tsvision.images.frames import open_recording
+from tsvision.images.sight import Sight
+from tsvision.images.strip import straight_axis
 from tsvision.measures import legs
 from tsvision.measures.cut import Cut, cut_frame
-from tsvision.measures.ends import _pair, find_ends
+from tsvision.measures.ends import _ends_of_motion, _pair, find_ends
 from tsvision.measures.legs import Face, apex_from_legs, face_from_legs
 from tsvision.measures.looks import Looks, learn_looks
 from tsvision.measures.recording import sample_pictures
@@ -93,6 +95,43 @@ def test_a_clear_end_outweighs_a_scale_that_is_a_little_off() -> None:
     lie the front edge and the face, 2 % beyond it the back edge and the spot."""
     faces = {879.0: 13.2, 871.0: 9.8, 847.0: 3.3, 860.0: 4.4}
     assert _pair([83.5, 153.5], faces, 748.8) == (153.5, 879.0)
+
+
+def test_burnt_out_metal_is_no_clearer_an_end_than_a_glittering_spigot() -> None:
+    """Nothing at all moves before the burnt-out body, so it shows a hundred times less motion than
+    the spigot before it; L says the spigot."""
+    rng = np.random.default_rng(5)
+    strips = np.zeros((6, 61, 1200, 1))
+    spigot, body = 1000, 1030
+    strips[:, 20:41, :spigot] = rng.normal(0.4, 0.1, (6, 21, spigot, 1))
+    strips[:, 20:41, spigot:body] = rng.normal(0.8, 0.012, (6, 21, body - spigot, 1))
+    strips[:, :, body:] = 1.0
+    found = _ends_of_motion(strips, 500.0, 20.0)
+    assert any(abs(s - body) < 4 for s in found)
+    plate, connector = _pair([20.0], found, 988.0)
+    assert plate == 20.0 and connector == pytest.approx(spigot, abs=4)
+
+
+def test_a_plate_seen_aside_lies_between_its_edges() -> None:
+    """A block's front and back edge show 3 % of L apart under a yaw of 2 degrees."""
+    picture = np.full((400, 1000), 60, np.uint8)
+    picture[:, :70] = 150
+    picture[:, 70:99] = 100
+    picture[190:210, 99:] = 220
+    sight = Sight(
+        axis=straight_axis((0.0, 199.5), (999.0, 199.5)),
+        weights=np.full(3, 1 / 3),
+        sense=1,
+        width_px=20.0,
+        start_px=99.0,
+        end_px=999.0,
+        connector_px=NAN,
+        legs_seen=True,
+        separation=5.0,
+        gamma=2.2,
+    )
+    ends = find_ends([picture], [], sight, 900.0)
+    assert ends.plate_px == pytest.approx(84.0, abs=3.0)
 
 
 def test_nothing_there_gives_no_ends(clean: Film) -> None:

@@ -32,6 +32,7 @@ LIVE = (
     0.6,
 )  # of the bundle's motion, beyond twice the still places'
 TOO_NEAR = 0.6  # of L: nearer to the plate nothing can be the connector
+CLEAREST = 10.0  # times less motion: more tells no more, and before burnt-out metal there is none
 CLEAR = 0.8  # of the clearest end of motion: others that may be the connector's face
 LAG = 3  # px on either side of a step
 STRONG = 0.35  # of the strongest step beside the axis
@@ -72,7 +73,7 @@ def find_ends(
     still = np.median(np.nan_to_num(strips), axis=0)
     still = np.where(known, np.sqrt(np.clip(still, 0.0, 1.0)), NAN)
     zone = zone_px * factor
-    plates = _plates(still, width, middle, 0.03 * zone if np.isfinite(zone) else 0.6 * width)
+    plates = _plates(still, width, middle, NEAR_SHARE * zone if np.isfinite(zone) else 0.6 * width)
     if len(pictures) >= FEWEST:
         connectors = _ends_of_motion(strips, middle, width)
     else:
@@ -89,7 +90,8 @@ def _pair(plates: list[float], connectors: dict[float, float], zone: float) -> t
     last plate and the first of the clear connectors where none do or L is unknown."""
     near = NEAR_SHARE * zone
     apart = {
-        (p, c): clear * float(np.exp(-0.5 * ((c - p - zone) / (LENGTH_SD * zone)) ** 2))
+        (p, c): min(clear, CLEAREST)
+        * float(np.exp(-0.5 * ((c - p - zone) / (LENGTH_SD * zone)) ** 2))
         for p in plates
         for c, clear in connectors.items()
         if abs(c - p - zone) < near
