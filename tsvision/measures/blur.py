@@ -24,6 +24,8 @@ from tsvision.measures.shading import (
 
 SHARPEST_PX, MOST_BLURRED_PX = 0.35, 6.0
 STEADY, STEADY_PX = 0.25, 0.4  # of the blur, and at least: frames that differ by no more are alike
+FEWEST, LEAST = 4, 0.12  # frames, and spread of their blurs, from which diameters can decide
+AGREE = 0.75  # of the diameters' scatter under one blur: what blurs that are the frames' leave
 FURTHEST_PX = 2.5  # from the fitted silhouette: where the edge may lie
 
 
@@ -96,3 +98,17 @@ def alike(blurs_px: np.ndarray) -> bool:
     if known.size < 2:
         return True
     return bool(np.ptp(known) <= max(STEADY * float(np.median(known)), STEADY_PX))
+
+
+def undecided(blurs_px: np.ndarray) -> bool:
+    """Whether blurs (K,) may be the frames' or only what light does to a reading, and there are
+    frames enough for `agree_better` to tell."""
+    known = blurs_px[np.isfinite(blurs_px)]
+    return bool(known.size >= FEWEST and np.ptp(known) > LEAST * float(np.median(known)))
+
+
+def agree_better(shared_px: np.ndarray, own_px: np.ndarray) -> bool:
+    """Whether a straight bundle's diameters (K,) agree much better under each frame's own blur than
+    under one for all: it is the same bundle in every frame."""
+    known = np.isfinite(shared_px) & np.isfinite(own_px)
+    return bool(np.std(own_px[known]) < AGREE * np.std(shared_px[known]))

@@ -13,7 +13,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsvision.measures.blur import alike, frame_blur_px, model_rows
+from tsvision.measures.blur import (
+    agree_better,
+    alike,
+    frame_blur_px,
+    model_rows,
+    undecided,
+    with_blur,
+)
 from tsvision.measures.bundle import SWINGS, BundleFit, fit_window, swing_px
 from tsvision.measures.cut import Cut, brightness_of, edge_profiles, find_edges
 from tsvision.measures.helix import Edges, Section
@@ -25,7 +32,7 @@ from tsvision.measures.windows import near_window
 
 ROUNDS = (2, 4)  # at least and at most, ...
 SETTLED_PX = 0.3  # ... until the edges' places move by no more
-SHARP = 1.2  # times the sharpest frame's blur: these teach where frames differ
+SHARP = 1.35  # times the sharpest frame's blur: these teach where frames differ
 
 
 @dataclass(frozen=True)
@@ -65,7 +72,7 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> Edg
             for f in fits
         ]
     )
-    steady = alike(blurs)
+    steady = _steady(fits, blurs, section, look)
     if not steady:  # the sharpest tell light from blur best
         fits = [f for f, b in zip(fits, blurs, strict=True) if not b > SHARP * np.nanmin(blurs)]
     fits = _best(fits)
@@ -109,6 +116,34 @@ def _fitted(
             fits.append(_Fitted(cut, edges, fit))
             before = fit if fit.fit.cost < POOR else None
     return fits
+
+
+def _steady(fits: list[_Fitted], blurs_px: np.ndarray, section: Section, look: EdgeLook) -> bool:
+    """Whether the frames are equally sharp. Light moves a blur's reading by as much as shake does:
+    where readings differ, the bundle's diameters say whose they are."""
+    if not undecided(blurs_px):
+        return alike(blurs_px)
+    known = [(f, b) for f, b in zip(fits, blurs_px, strict=True) if np.isfinite(b)]
+    shared = np.array([f.bundle.fit.diameter_px for f, _ in known])
+    own = np.array([_own_diameter_px(f, b, section, look) for f, b in known])
+    return not agree_better(shared, own)
+
+
+def _own_diameter_px(found: _Fitted, blur_px: float, section: Section, look: EdgeLook) -> float:
+    """D under the frame's own blur."""
+    edges = replace(find_edges(found.cut, with_blur(look.shading, blur_px)), trust=look.trust)
+    old = found.bundle
+    fit = fit_window(
+        edges,
+        section,
+        old.s_low_px,
+        old.s_high_px,
+        look.diameter_px,
+        float("nan"),
+        old,
+        coil=old.fit.coiled,
+    )
+    return float("nan") if fit is None else fit.fit.diameter_px
 
 
 def _best(fits: list[_Fitted]) -> list[_Fitted]:
