@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.measures.pictures import picture
+from tsvision.measures import frame
 from tsvision.measures.handedness import handedness_of, ridge_slope
+from tsvision.measures.recording import Measurer
+from tsvision.records import Frame, Rig, Strings, View
 
 
 def stripes(slope: float, coil_px: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -34,3 +38,17 @@ def test_shading_across_alone_has_no_sense() -> None:
     n = np.arange(61.0)[:, None] - 30.0
     light = np.repeat(0.5 + 0.01 * n, 400, axis=1)
     assert abs(ridge_slope(light, np.full(400, 30.0), 8.0)) < 1e-6
+
+
+@pytest.mark.parametrize(("faint", "hand"), [(-0.1, "Z"), (-0.5, "S")])
+def test_a_faint_sense_gives_way_to_that_of_the_frames_learnt_from(
+    faint: float, hand: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two turns of a thin bundle show ridges along the light's own slope as easily as the strands';
+    a plain slope stands, for a motor may turn the other way."""
+    pixels = picture()
+    measurer = Measurer(Rig(strings=Strings(count=2), view=View(separator_side="none")))
+    measurer.prime([pixels])
+    assert measurer.looks is not None and measurer.looks.slope_sum > 0.2
+    monkeypatch.setattr(frame, "slope_between", lambda *_: faint)
+    assert measurer.measure(Frame(0, "picture.png", pixels)).row.handedness == hand

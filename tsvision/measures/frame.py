@@ -16,7 +16,7 @@ from tsvision.measures.budgets import add_budgets
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.cut import Cut, cut_frame, find_edges
 from tsvision.measures.fits import apex_of, fit_bundle, within_zone
-from tsvision.measures.handedness import handedness_of, ridge_slope
+from tsvision.measures.handedness import handedness_of, slope_between
 from tsvision.measures.helix import KC, Edges, K
 from tsvision.measures.legs import apex_from_legs
 from tsvision.measures.looks import Looks
@@ -26,6 +26,7 @@ from tsvision.measures.unmatched import with_outline
 from tsvision.records import Frame, FrameResult, FrameRow
 
 NAN = float("nan")
+PLAIN_SLOPE = 0.2  # of the ridges: that frame's own sense; strands seldom show less
 LEGS_TURNS = 0.25  # turns that the legs hold between holes and apex: below, nothing is twisted
 
 
@@ -217,17 +218,13 @@ def _envelope_diameter(edges: Edges) -> float:
 def _handedness(
     cut: Cut, edges: Edges, looks: Looks, warm: Warm
 ) -> tuple[tuple[str, float], float]:
-    known = (edges.upper_weight > 0) & (edges.lower_weight > 0)
-    if known.sum() < looks.diameter_px:
+    slope = slope_between(cut, edges, looks.diameter_px)
+    if not np.isfinite(slope):
         return ("", NAN), warm.slope_sum
-    s = np.arange(known.size)
-    index = np.flatnonzero(known)
-    first, last = index[0], index[-1] + 1
-    centre = np.interp(s, index, 0.5 * (edges.upper_px + edges.lower_px)[index])[first:last]
-    slope = ridge_slope(cut.light[:, first:last], centre + cut.half_px, 0.25 * looks.diameter_px)
     # One frame may be unsure; the sense of twist cannot change between frames of one recording.
-    pooled = warm.slope_sum + slope
-    decided = slope if abs(slope) > 0.08 or abs(pooled) < abs(slope) else pooled
+    so_far = warm.slope_sum + slope
+    pooled = looks.slope_sum + so_far
+    decided = slope if abs(slope) > PLAIN_SLOPE or abs(pooled) < abs(slope) else pooled
     if abs(decided) < 0.01:
-        return ("", 0.5), pooled
-    return (handedness_of(decided), float(1.0 - 0.5 * np.exp(-abs(pooled) / 0.05))), pooled
+        return ("", 0.5), so_far
+    return (handedness_of(decided), float(1.0 - 0.5 * np.exp(-abs(pooled) / 0.05))), so_far

@@ -5,6 +5,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from tsvision.measures.cut import Cut
+from tsvision.measures.helix import Edges
+
 
 def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float) -> float:
     """Sign-bearing slope of the ridges in a strip, in -1..1: sum(gx gy) over sum of both squares.
@@ -37,6 +40,19 @@ def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float)
     total = float((gx * gx + gy * gy).sum())
     # A ridge along n = m s has gx = -m gy: the product's sign is opposite to the slope's.
     return -2.0 * float((gx * gy).sum()) / total if total > 0 else 0.0
+
+
+def slope_between(cut: Cut, edges: Edges, diameter_px: float) -> float:
+    """`ridge_slope` along the middle between a bundle's edges; NaN where less than D of them is
+    known."""
+    known = (edges.upper_weight > 0) & (edges.lower_weight > 0)
+    if known.sum() < diameter_px:
+        return float("nan")
+    s = np.arange(known.size)
+    index = np.flatnonzero(known)
+    first, last = index[0], index[-1] + 1
+    centre = np.interp(s, index, 0.5 * (edges.upper_px + edges.lower_px)[index])[first:last]
+    return ridge_slope(cut.light[:, first:last], centre + cut.half_px, 0.25 * diameter_px)
 
 
 def handedness_of(slope: float) -> str:

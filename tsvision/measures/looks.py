@@ -13,9 +13,10 @@ import numpy as np
 from tsvision.images.linear import LUMA_BGR
 from tsvision.images.sight import Sight, find_sight
 from tsvision.measures.count import count_strands
-from tsvision.measures.cut import Cut, cut_frame, learn_shading
+from tsvision.measures.cut import Cut, cut_frame, find_edges, learn_shading
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.gap import Gap, gap_from_legs
+from tsvision.measures.handedness import slope_between
 from tsvision.measures.helix import Section
 from tsvision.measures.legs import Face, face_from_legs
 from tsvision.measures.section import pair_core
@@ -37,7 +38,8 @@ class Looks:
     strand_count N and its confidence (1 when given); shading of the upper and lower edge, and how
     much either counts in a fit; steady: whether all frames are equally sharp; diameter_px as
     learnt; half_px rows of a strip; zero_px: s of the separator's face; zone_px: L;
-    face: the same as the legs tell it, None where they do not; gap: S as they tell it.
+    face: the same as the legs tell it, None where they do not; gap: S as they tell it;
+    slope_sum: of the ridges in the frames that were learnt from, which tells S from Z.
     """
 
     sight: Sight
@@ -58,6 +60,7 @@ class Looks:
     hole_distance_mm: float
     face: Face | None
     gap: Gap | None
+    slope_sum: float = 0.0
 
 
 def pick_samples(count: int, most: int = SAMPLED_FRAMES) -> list[int]:
@@ -157,7 +160,22 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         hole_distance_mm=rig.actuator.hole_distance_mm,
         face=face,
         gap=gap,
+        slope_sum=_slope_sum(cuts, shading, edge.diameter_px),
     )
+
+
+def _slope_sum(cuts: list[Cut], shading: tuple[Shading, Shading], diameter_px: float) -> float:
+    """Of the ridges' slopes within the twisted part."""
+    slopes = []
+    for cut in cuts:
+        edges = find_edges(cut, shading)
+        upper, lower = (
+            np.where(cut.silhouette.bundle, w, 0.0)
+            for w in (edges.upper_weight, edges.lower_weight)
+        )
+        inside = replace(edges, upper_weight=upper, lower_weight=lower)
+        slopes.append(slope_between(cut, inside, diameter_px))
+    return float(np.nansum(slopes))
 
 
 def _agree(ends: Ends, zone_px: float) -> bool:
