@@ -36,6 +36,7 @@ class Flag(IntFlag):
     KNOT_UNSURE = auto()
     CLIPPED = auto()
     OVEREXPOSED = auto()
+    TURNS_DISAGREE = auto()
     FAILED = auto()
 
 
@@ -64,6 +65,7 @@ MEANING: dict[str, str] = {
     "KNOT_UNSURE": "an interval stands out but does not surely meet the knot criterion",
     "CLIPPED": "the bundle leaves the picture or the region of interest",
     "OVEREXPOSED": "part of the bundle is saturated",
+    "TURNS_DISAGREE": "far more or fewer turns seen than the motor made: pitch or turns are wrong",
     "FAILED": "the program failed on this picture; the log says how, please report it",
 }
 

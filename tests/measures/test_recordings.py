@@ -74,6 +74,18 @@ def test_straight_bundles(name: str, request: pytest.FixtureRequest) -> None:
     assert (rows["knot_count"] == truth["knot_count"])[straight].all()
 
 
+def test_turns_that_the_pictures_contradict_are_flagged(tmp_path: Path) -> None:
+    """A gear of 2 that nobody told of; a slip of 5 % is data, not a fault."""
+    told, _ = rendered(tmp_path / "film", 4, "dark_on_bright", slip=0.05)
+    assert not told["flags"].str.contains("TURNS_DISAGREE").any()
+    table = pd.read_csv(tmp_path / "film" / "turns.csv")
+    table["turns"] *= 2.0
+    table.to_csv(tmp_path / "film" / "turns.csv", index=False)
+    doubled, _ = measured(tmp_path / "film")
+    assert doubled["flags"].str.contains("TURNS_DISAGREE").all()
+    np.testing.assert_allclose(doubled["pitch_px"], told["pitch_px"], rtol=3e-3)
+
+
 def test_coiled_and_knotted_bundles(two: tuple[pd.DataFrame, pd.DataFrame]) -> None:
     """At 30 turns the bundle coils, at 66 it is knotted. Measured: D within 0.17 px, pitch within
     1.2 %, the coil's amplitude within 2 %."""

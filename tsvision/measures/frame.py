@@ -21,12 +21,15 @@ from tsvision.measures.helix import KC, Edges, K
 from tsvision.measures.legs import apex_from_legs
 from tsvision.measures.looks import Looks
 from tsvision.measures.outline import add_outline
+from tsvision.measures.search import doubt
 from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px
 from tsvision.measures.unmatched import with_outline
 from tsvision.records import Frame, FrameResult, FrameRow
 
 NAN = float("nan")
 PLAIN_SLOPE = 0.2  # of the ridges: that frame's own sense; strands seldom show less
+GROSSLY = 1.2  # by how much a fit counts less for its rate: 1.75 times the motor's, or a third
+LOST_TURNS, LOST_SHARE = 2.0, 0.25  # of the motor's turns, that slip, a dead zone or knots may hide
 LEGS_TURNS = 0.25  # turns that the legs hold between holes and apex: below, nothing is twisted
 
 
@@ -80,6 +83,8 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
     row = add_budgets(
         outlined.row, looks, near, mid, meet_px, outer, outlined.knot_ends_px, outlined.envelope_px
     )
+    if _turns_disagree(row, near):
+        flags |= Flag.TURNS_DISAGREE
     if not looks.zero_known:
         flags |= Flag.NO_SEPARATOR
     if not np.isfinite(looks.scale.mm_per_px):
@@ -127,6 +132,14 @@ def _gap_mm(looks: Looks) -> tuple[float, float]:
     gap_mm = 2.0 * looks.gap.half_px * scale.mm_per_px
     relative = np.hypot(looks.gap.sd_px / looks.gap.half_px, scale.mm_per_px_sd / scale.mm_per_px)
     return gap_mm, gap_mm * float(relative)
+
+
+def _turns_disagree(row: FrameRow, near: BundleFit | None) -> bool:
+    """Whether the picture contradicts the motor by more than slip, lost turns and knots explain."""
+    if near is not None and doubt(near.fit.p, near.expected_rate) > GROSSLY:
+        return True
+    allowed = max(LOST_TURNS, LOST_SHARE * abs(row.turns), 3.0 * row.turns_seen_sd)
+    return bool(abs(row.turn_budget_error) > allowed)
 
 
 def _failed(row: FrameRow, flag: Flag) -> FrameResult:
