@@ -51,7 +51,7 @@ MEANING: dict[str, str] = {
     "NO_TURNS": "the motor turns of this frame are unknown",
     "SCALE_LOCAL": "the scale varies along the view; mm values carry that uncertainty",
     "STRAND_COUNT_GUESSED": "N was not given and was estimated from the picture",
-    "ENVELOPE_ONLY": "the helix fit did not hold; the diameter is the silhouette's envelope",
+    "ENVELOPE_ONLY": "the helix fit did not hold; D is the silhouette's width between knots",
     "NO_PITCH": "pitch and angles could not be measured",
     "NO_HANDEDNESS": "the strands' ridges were too weak to tell S from Z",
     "FEW_LOBES": "fewer than two silhouette periods were in view",

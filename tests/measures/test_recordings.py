@@ -18,6 +18,7 @@ from synth.build import make_settings
 from synth.recording import write_recording
 from synth.settings import Strings
 from tsvision.images.frames import open_recording
+from tsvision.measures import frame
 from tsvision.measures.recording import measure_frames
 from tsvision.rig import load_rig
 from tsvision.timeline.account import account
@@ -84,6 +85,21 @@ def test_turns_that_the_pictures_contradict_are_flagged(tmp_path: Path) -> None:
     doubled, _ = measured(tmp_path / "film")
     assert doubled["flags"].str.contains("TURNS_DISAGREE").all()
     np.testing.assert_allclose(doubled["pitch_px"], told["pitch_px"], rtol=3e-3)
+
+
+def test_without_a_fit_the_width_between_knots_stands_for_d(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Straight, coiled and, at 66 turns, knotted from end to end: nothing lies between those knots,
+    and the uncertainty says so. The outline's whole reach was 1.0 to 2.5 times D."""
+    monkeypatch.setattr(frame, "fit_bundle", lambda *_: (None, None))
+    rows, truth = rendered(tmp_path / "film", 2, "bright_on_dark")
+    assert rows["flags"].str.contains("ENVELOPE_ONLY").all()
+    off = rows["diameter_px"] / truth["diameter_px"] - 1.0
+    assert (off[:3].abs() < 0.05).all()
+    assert abs(off[3]) < 0.05
+    error = rows["diameter_px"] - truth["diameter_px"]
+    assert (error.abs() < 2.0 * rows["diameter_px_sd"]).all()
 
 
 def test_coiled_and_knotted_bundles(two: tuple[pd.DataFrame, pd.DataFrame]) -> None:

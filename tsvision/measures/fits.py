@@ -13,6 +13,7 @@ from tsvision.measures.looks import Looks
 from tsvision.measures.windows import even_stretches
 
 NAN = float("nan")
+TRIED = 3  # stretches from the separator on, until one can be fitted at all
 LEAST_TURNS = 0.9  # that tell pitch and width apart
 
 
@@ -67,7 +68,7 @@ def fit_bundle(
     """
     d = looks.diameter_px
     known = np.flatnonzero((edges.upper_weight > 0) & (edges.lower_weight > 0))
-    if known.size < 1.5 * d:
+    if known.size < 1.0 * d:
         return None, None
     first, last = float(edges.s_px[known[0]]), float(edges.s_px[known[-1]]) - 0.3 * d
     start = apex_px if np.isfinite(apex_px) else first
@@ -89,12 +90,13 @@ def fit_bundle(
     poor = near is None or near.fit.cost > 0.3
     if swings or poor:
         low = min(start + 2.4 * d * skip, max(last - 7.0 * d, start + 0.6 * d * skip))
-        low, high = even_stretches(edges, low, last, d)[0]
         # Costs can be compared only where both limbs count alike.
         part = edges if swings else replace(edges, trust=(1.0, 1.0))
-        coiled = fit_window(
-            part, looks.section, low, min(low + 8.0 * d, high), d, rate, near_before
-        )
+        for begins, ends in even_stretches(edges, low, last, d)[:TRIED]:
+            ends = min(begins + 8.0 * d, ends)
+            coiled = fit_window(part, looks.section, begins, ends, d, rate, near_before)
+            if near is not None or coiled is not None:
+                break
         if near is None or (coiled is not None and _better(coiled, near)):
             near = coiled or near
     mid = None
