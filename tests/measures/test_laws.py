@@ -121,3 +121,14 @@ def test_a_picture_of_noise_has_no_bundle() -> None:
     row = measure(noise)
     assert row.flags
     assert np.isnan(row.diameter_px) or Flag.ENVELOPE_ONLY in flags_from_text(row.flags)
+
+
+def test_edges_without_ground_beside_them_are_flagged() -> None:
+    """The same yarn all over: what is taken for a bundle ends nowhere."""
+    rng = np.random.default_rng(11)
+    noise = cv2.GaussianBlur(rng.normal(0.0, 1.0, (200, 400)), (0, 0), sigmaX=9.0, sigmaY=3.0)
+    yarn = np.clip(128 + 60 * noise / noise.std(), 0, 255).astype(np.uint8)
+    row = measure(yarn)
+    poor = {"EDGE_POOR", "ENVELOPE_ONLY", "NO_BUNDLE"} & set(row.flags.split("|"))
+    assert poor or np.isnan(row.diameter_px)
+    assert "EDGE_POOR" not in measure(picture()).flags

@@ -30,6 +30,7 @@ from tsvision.records import Frame, FrameResult, FrameRow
 
 NAN = float("nan")
 PLAIN_SLOPE = 0.2  # of the ridges: that frame's own sense; strands seldom show less
+POOR_WEIGHT = 0.55  # of the edges along the bundle, in the mean: films show 0.7 and more
 GROSSLY = 1.2  # by how much a fit counts less for its rate: 1.75 times the motor's, or a third
 LOST_TURNS, LOST_SHARE = 2.0, 0.25  # of the motor's turns, that slip, a dead zone or knots may hide
 WIDTH_SD, COILED_WIDTH_SD = 0.04, 0.08  # of D, where the silhouette's width stands for it
@@ -87,6 +88,8 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
     row = add_budgets(
         outlined.row, looks, near, mid, meet_px, outer, outlined.knot_ends_px, outlined.envelope_px
     )
+    if _edges_poor(edges):
+        flags |= Flag.EDGE_POOR
     if _turns_disagree(row, near):
         flags |= Flag.TURNS_DISAGREE
     if not looks.zero_known:
@@ -136,6 +139,14 @@ def _gap_mm(looks: Looks) -> tuple[float, float]:
     gap_mm = 2.0 * looks.gap.half_px * scale.mm_per_px
     relative = np.hypot(looks.gap.sd_px / looks.gap.half_px, scale.mm_per_px_sd / scale.mm_per_px)
     return gap_mm, gap_mm * float(relative)
+
+
+def _edges_poor(edges: Edges) -> bool:
+    """Whether along much of the bundle no edge matched, or badly: so it is where there is no ground
+    beside it to end at."""
+    matched = np.minimum(edges.upper_weight, edges.lower_weight)
+    seen = np.flatnonzero((edges.upper_weight > 0) | (edges.lower_weight > 0))
+    return bool(seen.size and matched[seen[0] : seen[-1] + 1].mean() < POOR_WEIGHT)
 
 
 def _turns_disagree(row: FrameRow, near: BundleFit | None) -> bool:
