@@ -9,32 +9,26 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from tsvision.flags import Flag, flags_to_text
 from tsvision.measures.blur import shading_of
 from tsvision.measures.budgets import add_budgets
-from tsvision.measures.bundle import BundleFit, swing_px
+from tsvision.measures.bundle import BundleFit
 from tsvision.measures.cut import Cut, cut_frame, find_edges
+from tsvision.measures.doubts import edges_poor, turns_disagree
 from tsvision.measures.fits import apex_of, fit_bundle, within_zone
 from tsvision.measures.handedness import handedness_of, slope_between
 from tsvision.measures.helix import KC, Edges, K
 from tsvision.measures.legs import apex_from_legs
 from tsvision.measures.looks import Looks
 from tsvision.measures.outline import add_outline
-from tsvision.measures.search import doubt
 from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px
 from tsvision.measures.unmatched import with_outline
-from tsvision.measures.windows import even_stretches
+from tsvision.measures.width import width_between_knots, width_sd_px
 from tsvision.records import Frame, FrameResult, FrameRow
 
 NAN = float("nan")
 PLAIN_SLOPE = 0.2  # of the ridges: that frame's own sense; strands seldom show less
-POOR_WEIGHT = 0.55  # of the edges along the bundle, in the mean: films show 0.7 and more
-GROSSLY = 1.2  # by how much a fit counts less for its rate: 1.75 times the motor's, or a third
-LOST_TURNS, LOST_SHARE = 2.0, 0.25  # of the motor's turns, that slip, a dead zone or knots may hide
-WIDTH_SD, COILED_WIDTH_SD = 0.04, 0.08  # of D, where the silhouette's width stands for it
-LEGS_D = 0.6  # widths beside the apex in which the legs still lie apart
 LEGS_TURNS = 0.25  # turns that the legs hold between holes and apex: below, nothing is twisted
 
 
@@ -88,9 +82,9 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
     row = add_budgets(
         outlined.row, looks, near, mid, meet_px, outer, outlined.knot_ends_px, outlined.envelope_px
     )
-    if _edges_poor(edges):
+    if edges_poor(edges):
         flags |= Flag.EDGE_POOR
-    if _turns_disagree(row, near):
+    if turns_disagree(row, near):
         flags |= Flag.TURNS_DISAGREE
     if not looks.zero_known:
         flags |= Flag.NO_SEPARATOR
@@ -141,22 +135,6 @@ def _gap_mm(looks: Looks) -> tuple[float, float]:
     return gap_mm, gap_mm * float(relative)
 
 
-def _edges_poor(edges: Edges) -> bool:
-    """Whether along much of the bundle no edge matched, or badly: so it is where there is no ground
-    beside it to end at."""
-    matched = np.minimum(edges.upper_weight, edges.lower_weight)
-    seen = np.flatnonzero((edges.upper_weight > 0) | (edges.lower_weight > 0))
-    return bool(seen.size and matched[seen[0] : seen[-1] + 1].mean() < POOR_WEIGHT)
-
-
-def _turns_disagree(row: FrameRow, near: BundleFit | None) -> bool:
-    """Whether the picture contradicts the motor by more than slip, lost turns and knots explain."""
-    if near is not None and doubt(near.fit.p, near.expected_rate) > GROSSLY:
-        return True
-    allowed = max(LOST_TURNS, LOST_SHARE * abs(row.turns), 3.0 * row.turns_seen_sd)
-    return bool(abs(row.turn_budget_error) > allowed)
-
-
 def _failed(row: FrameRow, flag: Flag) -> FrameResult:
     return FrameResult(replace(row, flags=flags_to_text(flag)))
 
@@ -173,16 +151,14 @@ def _bundle_values(
     good = near is not None and near.fit.rms_px < max(0.9, 0.05 * looks.diameter_px)
     if near is None or not good:
         flags |= Flag.ENVELOPE_ONLY | Flag.NO_PITCH
-        width = _envelope_diameter(edges, looks.diameter_px)
-        sd = WIDTH_SD if swing_px(edges) < 0.1 * looks.diameter_px else COILED_WIDTH_SD
-        # Knots side by side leave nothing between them: what was learnt on other frames tells.
-        sd = max(sd, 0.5 * abs(1.0 - looks.diameter_px / width)) if width > 0.0 else sd
+        width = width_between_knots(edges, looks.diameter_px)
+        sd = width_sd_px(edges, width, looks.diameter_px)
         return replace(
             row,
             diameter_px=width,
-            diameter_px_sd=sd * width,
+            diameter_px_sd=sd,
             diameter_mm=width * scale,
-            diameter_mm_sd=sd * width * scale,
+            diameter_mm_sd=sd * scale,
         ), flags
     fit = near.fit
     (d, pitch, tan_beta), _ = fit.derived()
@@ -236,25 +212,6 @@ def _strand_repeat(fit) -> float:
     outer = int((fit.section.radius_d > fit.section.radius_d.max() - 1e-6).sum())
     rate = fit.p[K] + (fit.p[KC] if fit.coiled else 0.0)
     return float(2 * np.pi / rate / max(outer, 1))
-
-
-def _envelope_diameter(edges: Edges, diameter_px: float) -> float:
-    """What a caliper reads that is held square to the bundle between its knots, coiling or not: the
-    silhouette's largest width across its own middle line; NaN where too little is seen."""
-    known = (edges.upper_weight > 0.2) & (edges.lower_weight > 0.2)
-    if known.sum() < 10:
-        return NAN
-    s, upper, lower = edges.s_px, edges.upper_px, edges.lower_px
-    middle = np.interp(s, s[known], 0.5 * (upper + lower)[known])
-    slope = np.gradient(gaussian_filter1d(middle, 0.4 * diameter_px), s)
-    first = float(s[known][0]) + (LEGS_D * diameter_px if np.ptp(s[known]) > 4 * diameter_px else 0)
-    even = np.zeros_like(known)
-    for low, high in even_stretches(edges, first, float(s[known][-1]), diameter_px):
-        even |= (s >= low) & (s <= high)
-    kept = known & even
-    if kept.sum() < 10:
-        return NAN
-    return float(np.percentile(((upper - lower) / np.hypot(1.0, slope))[kept], 95))
 
 
 def _handedness(

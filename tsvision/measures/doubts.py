@@ -1,0 +1,30 @@
+"""When a frame's numbers are to be doubted although something fitted."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tsvision.measures.bundle import BundleFit
+from tsvision.measures.helix import Edges
+from tsvision.measures.search import doubt
+from tsvision.records import FrameRow
+
+POOR_WEIGHT = 0.55  # of the edges along the bundle, in the mean: films show 0.7 and more
+GROSSLY = 1.2  # by how much a fit counts less for its rate: 1.75 times the motor's, or a third
+LOST_TURNS, LOST_SHARE = 2.0, 0.25  # of the motor's turns, that slip, a dead zone or knots may hide
+
+
+def edges_poor(edges: Edges) -> bool:
+    """Whether along much of the bundle no edge matched, or badly: so it is where there is no ground
+    beside it to end at."""
+    matched = np.minimum(edges.upper_weight, edges.lower_weight)
+    seen = np.flatnonzero((edges.upper_weight > 0) | (edges.lower_weight > 0))
+    return bool(seen.size and matched[seen[0] : seen[-1] + 1].mean() < POOR_WEIGHT)
+
+
+def turns_disagree(row: FrameRow, near: BundleFit | None) -> bool:
+    """Whether the picture contradicts the motor by more than slip, lost turns and knots explain."""
+    if near is not None and doubt(near.fit.p, near.expected_rate) > GROSSLY:
+        return True
+    allowed = max(LOST_TURNS, LOST_SHARE * abs(row.turns), 3.0 * row.turns_seen_sd)
+    return bool(abs(row.turn_budget_error) > allowed)
