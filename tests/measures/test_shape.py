@@ -93,3 +93,14 @@ def test_a_side_that_hardly_has_the_masks_level_is_still_matched() -> None:
     weak[1.5 * side.rho_px < TEMPLATE_GRID_PX] = 1.01 * cut.mask_level
     found = find_edges(cut, (replace(side, template=weak), looks.shading[1]))
     assert (found.upper_weight > 0.0).mean() > 0.5
+
+
+@pytest.mark.parametrize("width_px", [-20.0, 20.0])
+def test_a_width_that_no_two_edges_have_is_no_fault(width_px: float) -> None:
+    """Poor fits of a two-coloured film told of one; nothing was learnt from it then."""
+    rho = 6.0
+    offsets = offsets_for(rho)
+    profile = seen(rho, tube(offsets, rho, 0.9, 0.4, 0.5, 0.2), offsets)
+    *sides, places = fit_shading((profile, profile), rho, shape=Shape(width_px, 0.05))
+    assert np.isfinite(places).all()
+    assert all(np.isfinite(side.blur_px) for side in sides)

@@ -197,6 +197,9 @@ class _System:
         goes on unseen, and how blurred both are, the profiles tell."""
         if abs(width_px - float(q[1:].sum())) < WIDTH_PX:
             return q
+        # Poor fits tell of widths that no two places have: then the nearest that two have.
+        least, most = (2.0 * place for place in PLACE_RANGE_PX)
+        width_px = float(np.clip(width_px, least + WIDTH_PX, most - WIDTH_PX))
 
         def off(free: np.ndarray) -> np.ndarray:
             return self.residuals(np.array([free[0], free[1], width_px - free[1]]))
