@@ -8,6 +8,8 @@ import pytest
 
 from tests.measures.pictures import CASE, measure, picture
 from tsvision.flags import Flag, flags_from_text
+from tsvision.measures.doubts import edges_poor
+from tsvision.measures.helix import Edges
 from tsvision.measures.recording import Measurer
 from tsvision.records import Frame, FrameRow, Rig, Strings
 
@@ -132,3 +134,12 @@ def test_edges_without_ground_beside_them_are_flagged() -> None:
     poor = {"EDGE_POOR", "ENVELOPE_ONLY", "NO_BUNDLE"} & set(row.flags.split("|"))
     assert poor or np.isnan(row.diameter_px)
     assert "EDGE_POOR" not in measure(picture()).flags
+
+
+def test_edges_that_matched_badly_are_told_from_those_that_did_not() -> None:
+    s = np.arange(200.0)
+    for weight, poor in ((0.4, True), (0.75, False)):
+        edges = Edges(s, 0.0 * s + 10.0, 0.0 * s - 10.0, 0.0 * s + weight, 0.0 * s + 0.9)
+        assert edges_poor(edges) is poor
+    holes = np.where(s % 4 < 2, 0.9, 0.0)  # one side is seen along half of the bundle
+    assert edges_poor(Edges(s, 0.0 * s + 10.0, 0.0 * s - 10.0, holes, 0.0 * s + 0.9))

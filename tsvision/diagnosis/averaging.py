@@ -12,9 +12,9 @@ from scipy.special import stdtr
 from tsvision.diagnosis.candidates import Candidate, weighed
 from tsvision.diagnosis.fit import Fit, standing_of
 from tsvision.diagnosis.problem import Problem, bounds, parameters, to_value
+from tsvision.diagnosis.select import CLASS_WIDTH
 from tsvision.mechanisms.shelf import Parameter
 
-ALIKE = 3.0  # log evidence behind the likeliest shape, within which a shape counts
 TAIL = 0.025
 REACH, STEPS = 20.0, 8000  # standard deviations that are looked at, in so many steps
 
@@ -23,10 +23,11 @@ def posterior_over_shapes(
     problem: Problem, candidate: Candidate
 ) -> dict[str, tuple[float, float, float]]:
     """Each parameter of the best fit with a 95 % interval in its own unit, over all shapes of the
-    set within ALIKE that have that very parameter, weighed by their evidence."""
+    set within CLASS_WIDTH that have that very parameter, weighed by their evidence."""
     best = candidate.best
     behind = [weighed(best) - weighed(f) for f in candidate.fits]
-    alike = [(f, np.exp(-b)) for f, b in zip(candidate.fits, behind, strict=True) if b < ALIKE]
+    fits = zip(candidate.fits, behind, strict=True)
+    alike = [(f, np.exp(-b)) for f, b in fits if b < CLASS_WIDTH]
     out = {}
     for key, parameter in parameters(best.simulation):
         having = [(f, share) for f, share in alike if _has(f, key, parameter)]
