@@ -28,10 +28,8 @@ class Flag(IntFlag):
     FEW_LOBES = auto()
     TOO_FEW_TURNS = auto()
     EDGE_POOR = auto()
-    AMBIGUOUS_HARMONIC = auto()
     FIBRES = auto()
     CURVED_AXIS = auto()
-    TRACK_LOST = auto()
     CAMERA_MOVED = auto()
     KNOT_UNSURE = auto()
     CLIPPED = auto()
@@ -49,7 +47,7 @@ MEANING: dict[str, str] = {
     "NO_APEX": "the legs' meeting point was not found or lies out of view",
     "NO_SCALE": "no scale is known: mm columns are empty, px columns stand",
     "NO_TURNS": "the motor turns of this frame are unknown",
-    "SCALE_LOCAL": "the scale varies along the view; mm values carry that uncertainty",
+    "SCALE_LOCAL": "the scale along the axis is not the one given; pitches in mm are less sure",
     "STRAND_COUNT_GUESSED": "N was not given and was estimated from the picture",
     "ENVELOPE_ONLY": "the helix fit did not hold; D is the silhouette's width between knots",
     "NO_PITCH": "pitch and angles could not be measured",
@@ -57,13 +55,11 @@ MEANING: dict[str, str] = {
     "FEW_LOBES": "fewer than two silhouette periods were in view",
     "TOO_FEW_TURNS": "the strands are hardly twisted; the helix is not defined yet",
     "EDGE_POOR": "the edges were weak or disagreed with the edge model",
-    "AMBIGUOUS_HARMONIC": "two pitches a whole ratio apart fit alike",
     "FIBRES": "loose fibres or dust beside the bundle were cut away",
     "CURVED_AXIS": "the axis is curved; lengths follow the curve",
-    "TRACK_LOST": "the tracked region was lost and found again by a full search",
     "CAMERA_MOVED": "the camera or rig moved against the frame before",
     "KNOT_UNSURE": "an interval stands out but does not surely meet the knot criterion",
-    "CLIPPED": "the bundle leaves the picture or the region of interest",
+    "CLIPPED": "the strings leave the picture sideways: what is seen of them is cut off there",
     "OVEREXPOSED": "part of the bundle is saturated",
     "TURNS_DISAGREE": "far more or fewer turns seen than the motor made: pitch or turns are wrong",
     "FAILED": "the program failed on this picture; the log says how, please report it",

@@ -12,11 +12,20 @@ import numpy as np
 from tsvision.measures.ends import NEAR_SHARE
 from tsvision.measures.looks import Looks
 
+LOCAL = 0.005  # of the scale: smaller differences along the axis do not matter
+
 
 def mm_along(looks: Looks, s_px: np.ndarray | float) -> np.ndarray:
     """mm from the separator's exit face of places s_px on the axis; NaN without a scale."""
     away: np.ndarray = np.asarray(s_px, dtype=float) - looks.zero_px
     return away * scale_along(looks)
+
+
+def scale_is_local(looks: Looks) -> bool:
+    """Whether the scale along the axis differs from the one given by more than that is unsure of:
+    tilt or perspective."""
+    off = abs(scale_along(looks) / looks.scale.mm_per_px - 1.0)
+    return bool(off > max(LOCAL, 2.0 * looks.scale.mm_per_px_sd / looks.scale.mm_per_px))
 
 
 def scale_along(looks: Looks) -> float:

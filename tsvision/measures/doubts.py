@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from tsvision.images.strip import Axis
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.helix import Edges
 from tsvision.measures.search import doubt
-from tsvision.records import FrameRow
+from tsvision.records import FrameRow, KnotSighting
 
 POOR_WEIGHT = 0.55  # of the edges along the bundle, in the mean: films show 0.7 and more
 GROSSLY = 1.2  # by how much a fit counts less for its rate: 1.75 times the motor's, or a third
+SURE = 0.9  # confidence of a knot below which it may be none
+BORDER_PX = 1.5  # of the picture: an edge this near to it is the picture's own
 LOST_TURNS, LOST_SHARE = 2.0, 0.25  # of the motor's turns, that slip, a dead zone or knots may hide
 
 
@@ -28,3 +31,26 @@ def turns_disagree(row: FrameRow, near: BundleFit | None) -> bool:
         return True
     allowed = max(LOST_TURNS, LOST_SHARE * abs(row.turns), 3.0 * row.turns_seen_sd)
     return bool(abs(row.turn_budget_error) > allowed)
+
+
+def knots_unsure(knots: tuple[KnotSighting, ...]) -> bool:
+    """Whether one of the knots hardly meets the criterion."""
+    return any(knot.confidence < SURE for knot in knots)
+
+
+def clipped(edges: Edges, axis: Axis, shape: tuple[int, ...], diameter_px: float) -> bool:
+    """Whether over more than D of the axis an edge of the strings is the border of the picture
+    itself, of this shape (H, W, ...). Along the axis the bundle may well go on beyond the view."""
+    s_px = edges.s_px
+    centre, along = axis.at(s_px), axis.tangent(s_px)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    last = np.array([shape[1] - 1.0, shape[0] - 1.0])
+    at_border = np.zeros(s_px.size, dtype=bool)
+    for n, weight in (
+        (edges.upper_px, edges.upper_weight),
+        (edges.lower_px, edges.lower_weight),
+    ):
+        place = centre + n[:, None] * across
+        room = np.minimum(place, last - place).min(axis=1)
+        at_border |= (weight > 0) & (room < BORDER_PX)
+    return bool(at_border.sum() > diameter_px)

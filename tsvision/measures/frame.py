@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsvision.flags import Flag, flags_to_text
+from tsvision.measures.along import scale_along, scale_is_local
 from tsvision.measures.blur import shading_of
 from tsvision.measures.budgets import add_budgets
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.cut import Cut, cut_frame, find_edges
-from tsvision.measures.doubts import edges_poor, turns_disagree
+from tsvision.measures.doubts import clipped, edges_poor, knots_unsure, turns_disagree
 from tsvision.measures.fits import apex_of, fit_bundle, within_zone
 from tsvision.measures.handedness import handedness_of, slope_between
 from tsvision.measures.helix import KC, Edges, K
@@ -86,15 +87,13 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         flags |= Flag.EDGE_POOR
     if turns_disagree(row, near):
         flags |= Flag.TURNS_DISAGREE
-    if not looks.zero_known:
-        flags |= Flag.NO_SEPARATOR
-    if not np.isfinite(looks.scale.mm_per_px):
-        flags |= Flag.NO_SCALE
-    if not np.isfinite(turns):
-        flags |= Flag.NO_TURNS
-    if not looks.strand_count_given:
-        flags |= Flag.STRAND_COUNT_GUESSED
-    row = replace(row, flags=flags_to_text(flags))
+    if not np.isfinite(meet_px):
+        flags |= Flag.NO_APEX
+    if knots_unsure(outlined.knots):
+        flags |= Flag.KNOT_UNSURE
+    if clipped(outer, looks.sight.axis, frame.pixels.shape, looks.diameter_px):
+        flags |= Flag.CLIPPED
+    row = replace(row, flags=flags_to_text(flags | _not_known(looks, turns)))
     return FrameResult(row, outlined.profile, outlined.knots), Warm(
         near or warm.near, mid or warm.mid, warm_slope
     )
@@ -123,6 +122,21 @@ def _known(frame: Frame, looks: Looks, turns: float) -> FrameRow:
         strand_count_confidence=looks.strand_count_confidence,
         blur_px=looks.shading[0].blur_px,
     )
+
+
+def _not_known(looks: Looks, turns: float) -> Flag:
+    """What the whole recording lacks, and this frame's turns."""
+    lacking = {
+        Flag.NO_SEPARATOR: not looks.zero_known,
+        Flag.NO_SCALE: not np.isfinite(looks.scale.mm_per_px),
+        Flag.SCALE_LOCAL: scale_is_local(looks),
+        Flag.NO_TURNS: not np.isfinite(turns),
+        Flag.STRAND_COUNT_GUESSED: not looks.strand_count_given,
+    }
+    flags = Flag(0)
+    for flag, is_so in lacking.items():
+        flags |= flag if is_so else Flag(0)
+    return flags
 
 
 def _gap_mm(looks: Looks) -> tuple[float, float]:
@@ -170,7 +184,9 @@ def _bundle_values(
     lay = float(np.arctan(tan_beta * outer))
     relative_scale = looks.scale.mm_per_px_sd / scale if scale == scale else NAN
     d_mm_sd = float(np.hypot(d_sd * scale, d * scale * relative_scale))
-    p_mm_sd = float(np.hypot(p_sd * scale, pitch * scale * relative_scale))
+    # Somewhere between the scale given and the mean along the axis: a rectangular distribution.
+    local = (scale_along(looks) / scale - 1.0) / np.sqrt(3.0)
+    p_mm_sd = float(np.hypot(p_sd * scale, pitch * scale * np.hypot(relative_scale, local)))
     beta_sd = angle_sd(d, d_sd, pitch, p_sd)
     if (near.s_high_px - near.s_low_px) < 0.9 * pitch:
         flags |= Flag.FEW_LOBES

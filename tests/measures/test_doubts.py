@@ -1,0 +1,69 @@
+"""Flags of a frame whose numbers fitted and yet are to be doubted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tsvision.images.strip import straight_axis
+from tsvision.measures.doubts import clipped, knots_unsure
+from tsvision.measures.helix import Edges
+from tsvision.records import KnotSighting
+
+D = 30.0
+SHAPE = (400, 600, 3)
+
+
+def cord(length: float = 600.0) -> Edges:
+    s = np.arange(length)
+    wave = 0.5 * D - 3.0 * np.sin(0.1 * s) ** 2
+    return Edges(s, wave, -wave, np.ones(s.size), np.ones(s.size))
+
+
+def cut_at(edges: Edges, limit: float) -> Edges:
+    """What is seen where the picture ends at n = limit."""
+    return replace(edges, upper_px=np.minimum(edges.upper_px, limit))
+
+
+@pytest.mark.parametrize(
+    ("start", "end"),
+    [
+        ((0.0, 200.0), (599.0, 200.0)),  # out of the picture at both ends
+        ((0.0, 40.0), (599.0, 385.0)),  # 30 degrees, out beside a corner
+        ((300.0, 0.0), (300.0, 399.0)),
+    ],
+)
+def test_a_bundle_may_go_on_beyond_the_view(
+    start: tuple[float, float], end: tuple[float, float]
+) -> None:
+    axis = straight_axis(np.array(start), np.array(end))
+    assert not clipped(cord(axis.length_px), axis, SHAPE, D)
+
+
+def test_a_bundle_half_out_of_the_picture_is_clipped() -> None:
+    axis = straight_axis(np.array([0.0, 394.0]), np.array([599.0, 394.0]))
+    assert clipped(cut_at(cord(), 5.0), axis, SHAPE, D)
+
+
+def test_one_limb_at_the_border_is_not_yet_clipped() -> None:
+    axis = straight_axis(np.array([0.0, 385.0]), np.array([599.0, 385.0]))
+    short = cord()
+    short.upper_weight[:300] = short.upper_weight[320:] = 0.0
+    assert not clipped(cut_at(short, 14.0), axis, SHAPE, D)
+
+
+def test_a_knot_just_above_the_limits_is_unsure() -> None:
+    knot = KnotSighting(
+        centre_mm=5.0,
+        length_mm=1.0,
+        max_diameter_mm=0.7,
+        centre_x_px=0.0,
+        centre_y_px=0.0,
+        confidence=0.7,
+        coils=2.0,
+    )
+    assert knots_unsure((replace(knot, confidence=1.0), knot))
+    assert not knots_unsure((replace(knot, confidence=0.99),))
+    assert not knots_unsure(())
