@@ -67,17 +67,17 @@ def test_fibres_are_no_strands() -> None:
 def test_contrast_that_falls_off_is_followed_and_legs_are_not() -> None:
     s = np.arange(COLUMNS)
     light = np.interp(s, [0, 100, 299], [1.0, 1.0, 0.5])
-    core = np.repeat(light[None], 5, axis=0)
-    core[:, :40] = 0.02  # the legs stand apart, ground on the axis
+    core = light.copy()
+    core[:40] = 0.02  # the legs stand apart, ground on the axis
     read = falloff_along(core, 12.0)
     np.testing.assert_allclose(read[60:280], light[60:280], atol=0.06)
     assert (read[:40] > 0.9).all()
 
 
 def test_even_light_is_left_alone() -> None:
-    core = np.repeat(np.linspace(1.0, 0.92, COLUMNS)[None], 5, axis=0)
+    core = np.linspace(1.0, 0.92, COLUMNS)
     np.testing.assert_array_equal(falloff_along(core, 12.0), 1.0)
 
 
 def test_without_strings_on_the_axis_nothing_falls_off() -> None:
-    np.testing.assert_array_equal(falloff_along(np.full((5, COLUMNS), np.nan), 12.0), 1.0)
+    np.testing.assert_array_equal(falloff_along(np.full(COLUMNS, np.nan), 12.0), 1.0)

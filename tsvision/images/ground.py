@@ -32,15 +32,30 @@ def ground_level(values: np.ndarray, inner_px: float) -> np.ndarray:
 
 
 def nan_median(rows: np.ndarray) -> np.ndarray:
-    """Median (M,) of the rows (R, M) at every column; the lower of two middles where some are NaN,
-    NaN where all are."""
-    if not np.isnan(rows).any():
-        return np.median(rows, axis=0)
-    ordered = np.sort(rows, axis=0)
-    count = (~np.isnan(rows)).sum(axis=0)
-    middle = np.clip((count - 1) // 2, 0, rows.shape[0] - 1)
-    out = ordered[middle, np.arange(rows.shape[1])]
-    return np.where(count > 0, out, np.nan)
+    """Median (M,) of what is known of the rows (R, M) at every column, NaN where nothing is."""
+    return _column_medians(np.ascontiguousarray(rows, dtype=np.float32))
+
+
+@numba.njit(cache=True)
+def _column_medians(rows: np.ndarray) -> np.ndarray:  # pragma: no cover - compiled
+    out = np.full(rows.shape[1], np.float32(np.nan))
+    ordered = np.empty(rows.shape[0], np.float32)
+    for c in range(rows.shape[1]):
+        count = 0
+        for r in range(rows.shape[0]):
+            value = rows[r, c]
+            if np.isnan(value):
+                continue
+            k = count
+            while k > 0 and ordered[k - 1] > value:
+                ordered[k] = ordered[k - 1]
+                k -= 1
+            ordered[k] = value
+            count += 1
+        if count == 0:
+            continue
+        out[c] = np.float32(0.5) * (ordered[(count - 1) // 2] + ordered[count // 2])
+    return out
 
 
 @numba.njit(cache=True)

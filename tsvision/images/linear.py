@@ -8,6 +8,8 @@ hue).
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 
@@ -15,6 +17,7 @@ import numpy as np
 LUMA_BGR = np.array([0.0722, 0.7152, 0.2126], dtype=np.float32)
 
 
+@lru_cache(maxsize=8)
 def _decode_table(levels: int, gamma: float) -> np.ndarray:
     code = np.linspace(0.0, 1.0, levels)
     if np.isfinite(gamma):

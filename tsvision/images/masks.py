@@ -21,7 +21,8 @@ def mask_level(contrast: np.ndarray, inner_px: float) -> float:
     """Contrast at which strings begin: low enough for the shadow side of a front-lit strand, which
     may keep a tenth of the core's contrast, and above what the ground itself varies by."""
     half = contrast.shape[0] // 2
-    ground = contrast[np.abs(np.arange(-half, half + 1)) > inner_px][::3, ::4]
+    outside = np.flatnonzero(np.abs(np.arange(-half, half + 1)) > inner_px)
+    ground = contrast[outside[::3], ::4]
     ground = ground[np.isfinite(ground)]
     if ground.size == 0:
         return MASK_LEVEL

@@ -34,14 +34,18 @@ class Axis:
     def at(self, s_px: np.ndarray) -> np.ndarray:
         """x, y (..., 2) at arc length s, continued straight beyond both ends."""
         s = np.asarray(s_px, dtype=float)
+        if self.is_straight:
+            u = (self.points_px[1] - self.points_px[0]) / self.length_px
+            place: np.ndarray = self.points_px[0] + (s[..., None] - self.arc_px[0]) * u
+            return place
         return self._inner(s) + self._beyond(s)
 
     def tangent(self, s_px: np.ndarray) -> np.ndarray:
         """Unit tangent (..., 2) at arc length s."""
-        s = np.clip(np.asarray(s_px, dtype=float), self.arc_px[0], self.arc_px[-1])
         if self.is_straight:
             u = (self.points_px[1] - self.points_px[0]) / self.length_px
-            return np.broadcast_to(u, (*s.shape, 2)).copy()
+            return np.broadcast_to(u, (*np.shape(s_px), 2)).copy()
+        s = np.clip(np.asarray(s_px, dtype=float), self.arc_px[0], self.arc_px[-1])
         slope = np.gradient(self.points_px, self.arc_px, axis=0)
         t = np.stack([np.interp(s, self.arc_px, slope[:, i]) for i in (0, 1)], axis=-1)
         return t / np.linalg.norm(t, axis=-1, keepdims=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsvision.measures.helix import KC, Edges, HelixFit, K, Section
+from tsvision.measures.line import line_through
 from tsvision.measures.search import (
     POOR,
     Band,
@@ -162,8 +163,9 @@ def swing_px(edges: Edges) -> float:
     if keep.sum() < 10:
         return 0.0
     centre = 0.5 * (edges.upper_px + edges.lower_px)[keep]
-    trend = np.polyfit(edges.s_px[keep], centre, 1)
-    return float(np.std(centre - np.polyval(trend, edges.s_px[keep])))
+    s = edges.s_px[keep]
+    constant, slope = line_through(s, centre)
+    return float(np.std(centre - (constant + slope * s)))
 
 
 def _choose(a: HelixFit | None, b: HelixFit | None, expected_rate: float) -> HelixFit | None:

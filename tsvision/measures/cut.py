@@ -9,6 +9,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from tsvision.images.contrast import raw_contrast
+from tsvision.images.ground import nan_median
 from tsvision.images.linear import project, to_linear
 from tsvision.images.masks import mask_level
 from tsvision.images.sight import Sight
@@ -59,13 +60,13 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     contrast = raw_contrast(strip.values, sight.weights, sight.by_distance, inner)
     light = project(strip.values, np.abs(sight.weights))
     n = np.arange(-half_px, half_px + 1)
-    core = contrast[np.abs(n) <= max(0.2 * sight.width_px, 1.0)]
-    # With few turns the axis lies between the legs most of the way: trust the brighter columns.
-    columns = np.median(core[:, ~np.isnan(core).any(axis=0)], axis=0) * sight.sense
+    core = nan_median(contrast[np.abs(n) <= max(0.2 * sight.width_px, 1.0)])
+    columns = core[~np.isnan(core)] * sight.sense
     if columns.size == 0:
         return None
+    # With few turns the axis lies between the legs most of the way: trust the brighter columns.
     level = sight.sense * float(np.percentile(columns, 80.0))
-    steps = np.abs(np.diff(contrast[np.abs(n) > inner][::6]))
+    steps = np.abs(np.diff(contrast[np.flatnonzero(np.abs(n) > inner)[::6]]))
     steps = steps[np.isfinite(steps)]
     if steps.size == 0:
         return None  # no ground in view beside an axis this wide

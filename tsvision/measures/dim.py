@@ -19,7 +19,7 @@ FALL_PX = 4  # over which a strand's border falls, whatever the lens
 FAINTEST = 0.035  # of the core's contrast: what falls by less is no border
 NOISES = 4.5  # of such falls on the ground beside
 GROUND_SHARE = 90.0  # percentile of how steeply the ground itself falls, by light and shadow
-FEWEST = 34  # samples of the ground, of every third column, that tell that
+SOME, FEWEST = 3, 34  # which columns' ground tells that, and of how many samples at least
 REACH_D = 1.0  # how far beyond the lit strands dim ones are sought
 BEYOND_D, BEYOND_PX = 0.1, 2.0  # nearer to the lit border it is that border itself
 MOST_GAPS = 0.4  # share of what lies between lit and dim border that may be as dark as the ground
@@ -65,16 +65,18 @@ def _beyond(
     """The same at larger rows, every column for itself; border (M,): last lit row."""
     first = max(int(np.nanmin(border[bundle]) - strand_px) - 2 * FALL_PX, 0)  # further in is lit
     contrast, border = contrast[first:], np.where(bundle, border - first, np.nan)
-    fall = contrast[:-FALL_PX] - contrast[FALL_PX:]
-    some = slice(None, None, 3)  # of the columns: enough
-    away = np.arange(fall.shape[0])[:, None] - border[some]
+    near = int(np.nanmin(border) + REACH_D * width_px)
+    far = int(np.nanmax(border) + 2.0 * REACH_D * width_px) + 1
+    ground = contrast[near : far + FALL_PX, ::SOME]
+    fall = ground[:-FALL_PX] - ground[FALL_PX:]
+    away = near + np.arange(len(fall))[:, None] - border[::SOME]
     beside = (away > REACH_D * width_px) & (away < 2.0 * REACH_D * width_px)
     if beside.sum() < FEWEST:
         return np.full(border.size, np.nan)
-    slow = _averaged(fall, max(round(2.0 * width_px), 3))[:, some]
-    noise = 1.4826 * float(np.median(np.abs((fall[:, some] - slow)[beside])))
-    ground = float(np.percentile(slow[beside], GROUND_SHARE))
-    least = max(NOISES * noise + ground, FAINTEST)
+    slow = _averaged(fall, max(round(2.0 * width_px / SOME), 3))
+    noise = 1.4826 * float(np.median(np.abs(fall - slow)[beside]))
+    steep = float(np.percentile(slow[beside], GROUND_SHARE))
+    least = max(NOISES * noise + steep, FAINTEST)
     thick = max(round(THICK * strand_px), 2)
     place = _last_borders(contrast, border, least, REACH_D * width_px, thick)
     reached = np.nan_to_num(np.where(np.isfinite(place), np.fmax(place, border), border))

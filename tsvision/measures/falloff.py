@@ -19,15 +19,14 @@ DIMMEST = 0.3  # of the contrast in the brighter parts: what is less is ground, 
 def falloff_along(core: np.ndarray, width_px: float) -> np.ndarray:
     """Contrast along the axis (M,), about 1 in the brighter parts; 1 everywhere under even light.
 
-    core (R, M): contrast in the rows about the axis, NaN outside the picture. Where no strings lie
-    on the axis the nearest place that has some tells.
+    core (M,): contrast about the axis, NaN outside the picture. Where no strings lie on the axis
+    the nearest place that has some tells.
     """
-    columns = core.shape[1]
-    middle = np.median(np.nan_to_num(core), axis=0)
+    columns = core.size
     window = WINDOW_D * width_px
     count = max(round(columns / (0.5 * window)), 1)
     places = (np.arange(count) + 0.5) * columns / count
-    levels = _levels(middle.astype(float), places, window)
+    levels = _levels(np.nan_to_num(core).astype(float), places, window)
     told = levels > DIMMEST
     if told.sum() < 2:
         return np.ones(columns)

@@ -12,6 +12,7 @@ from tsvision.measures.bundle import BundleFit
 from tsvision.measures.envelope import middle_swing, unevenness_of
 from tsvision.measures.helix import KC, RC, Edges
 from tsvision.measures.knots import Outline, baseline_along_px, in_mm, knots_along
+from tsvision.measures.line import line_through
 from tsvision.measures.looks import Looks
 from tsvision.records import FrameRow, KnotSighting, Profile
 
@@ -160,8 +161,10 @@ def centre_line(edges: Edges) -> np.ndarray:
         return np.zeros(edges.s_px.size)
     s = edges.s_px[known]
     c = 0.5 * (edges.upper_px + edges.lower_px)[known]
-    line = np.polyfit(s, c, 1)
+    constant, slope = line_through(s, c)
     for _ in range(4):
-        r = c - np.polyval(line, s)
-        line = np.polyfit(s, c, 1, w=1.0 / (1.0 + (r / (1.5 * np.std(r) + 1e-6)) ** 2))
-    return np.polyval(line, edges.s_px)
+        r = c - (constant + slope * s)
+        weight = 1.0 / (1.0 + (r / (1.5 * np.std(r) + 1e-6)) ** 2)
+        constant, slope = line_through(s, c, weight**2)
+    line: np.ndarray = constant + slope * edges.s_px
+    return line

@@ -32,6 +32,7 @@ from tsvision.measures.helix import (
     fit_helix,
     silhouette,
 )
+from tsvision.measures.line import line_through
 from tsvision.measures.spectrum import spectrum
 
 _FREE_STRAIGHT = tuple(i for i in STRAIGHT if i < 8)
@@ -213,8 +214,7 @@ def _bases(edges: Edges, section: Section, diameter_px: float) -> list[np.ndarra
     the edges show it where that is something else."""
     centre, w = _centre(edges)
     z = edges.s_px - 0.5 * (edges.s_px[0] + edges.s_px[-1])
-    design = np.stack([np.ones_like(z), z], 1) * w[:, None]
-    c, *_ = np.linalg.lstsq(design, centre * w, rcond=None)
+    middle, slope = line_through(z, centre, w**2)
     clear = w > 0.3
     widths = [diameter_px]
     if clear.any():
@@ -224,7 +224,7 @@ def _bases(edges: Edges, section: Section, diameter_px: float) -> list[np.ndarra
     bases = []
     for width in widths:
         p = np.zeros(9)
-        p[RHO], p[Y0], p[SLOPE] = 0.5 * width / section.diameter_d, c[0], c[1]
+        p[RHO], p[Y0], p[SLOPE] = 0.5 * width / section.diameter_d, middle, slope
         bases.append(p)
     return bases
 

@@ -7,6 +7,7 @@ from scipy.ndimage import grey_closing, uniform_filter1d
 
 from tsvision.measures.cut import Cut
 from tsvision.measures.helix import Edges
+from tsvision.measures.line import line_through
 
 UNEVEN = 1.18  # of the baseline's half width: from here on a column belongs to a knot
 
@@ -26,11 +27,9 @@ def even_stretches(
         return [(low_px, high_px)]
     s = edges.s_px[known]
     centre = 0.5 * (edges.upper_px + edges.lower_px)[known]
-    line = np.polyfit(s, centre, 1)
-    half = np.maximum(
-        np.abs(edges.upper_px[known] - np.polyval(line, s)),
-        np.abs(edges.lower_px[known] - np.polyval(line, s)),
-    )
+    constant, slope = line_through(s, centre)
+    line = constant + slope * s
+    half = np.maximum(np.abs(edges.upper_px[known] - line), np.abs(edges.lower_px[known] - line))
     grid = edges.s_px[inside]
     filled = np.interp(grid, s, half)
     size = int(min(max(2.5 * diameter_px, 3), filled.size))

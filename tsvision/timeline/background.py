@@ -18,7 +18,6 @@ from tsvision.timeline.order import Order, numbers
 
 PRIOR = (1.02, 1.05, 1.08)  # ratios assumed to have been seen before the first coiled frame
 LEAST_SPREAD = 0.02
-OUTLYING = 3.0  # spreads above the middle from which a frame is no background but an event
 BELIEVED_AT = 2.0  # spreads at which a sighting is as likely a knot as not
 STEEPNESS = 1.5  # log-odds per spread
 STEADY_FRAMES = 5
@@ -63,11 +62,11 @@ class Background:
 
     def push(self, ratio: float, coil_ratio: float, sighted: bool) -> None:
         """Take a frame's largest E / E₀ into the background if the bundle coils there and the
-        frame is no event: it shows no knot, or one that hardly stands out."""
+        frame is no event: it shows no knot, or what is rather none."""
         if not (np.isfinite(ratio) and coil_ratio >= COILED):
             return
         middle, spread = self.middle_and_spread()
-        if not sighted or ratio <= middle + OUTLYING * spread:
+        if not sighted or ratio <= middle + BELIEVED_AT * spread:
             self._ratios.append(ratio)
 
 

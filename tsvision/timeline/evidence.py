@@ -28,8 +28,9 @@ LOOP = 1.8  # … where the bundle lies beside itself: about so many D wide. Wha
 NO_LOOP = -1.0  # there speaks against a knot by so much at least
 CONFIDENCE_IF_UNKNOWN = 0.95
 NO_FIT = "ENVELOPE_ONLY"  # the strands could not be fitted: D and A are not to be relied upon
+CLIPPED = "CLIPPED"  # what stands out may lie beyond the picture
 SWING_SHOWN = 0.5  # part of the coil's swing that the middle of the edges shows at least
-UNFITTED_MISS = 0.7  # chance of seeing no knot where there is one, in such a frame
+HIDDEN_MISS = 0.7  # chance of seeing no knot where there is one, in such a frame
 UNSIZED = -1.0  # evidence of a knot of unknown size for being larger than the hole
 
 
@@ -133,7 +134,8 @@ def knot_evidence(frames: pd.DataFrame, certainty: np.ndarray, criteria: Criteri
     chance = np.clip(np.where(seen, certainty, 0.5), 0.02, 0.98)
     speaks_for = np.log(chance / (1.0 - chance))
     miss = np.clip(norm.cdf(_margin(frames, criteria) / ENVELOPE_NOISE), 0.03, 0.3)
-    miss = np.where(flagged(frames, NO_FIT), UNFITTED_MISS, miss)
+    hidden = flagged(frames, NO_FIT) | flagged(frames, CLIPPED)
+    miss = np.where(hidden, HIDDEN_MISS, miss)
     straight = ratio_of(frames, "coil_amplitude") < STRAIGHT * criteria.coil_ratio
     straight |= ratio_of(frames, "baseline_envelope") < STRAIGHT_BASELINE
     straight &= ~flagged(frames, NO_FIT)
