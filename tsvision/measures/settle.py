@@ -30,8 +30,8 @@ from tsvision.measures.shading_fit import fit_shading
 from tsvision.measures.shape import shape_of, trust_of
 from tsvision.measures.windows import near_window
 
-ROUNDS = (2, 4)  # at least and at most, ...
-SETTLED_PX = 0.3  # ... until the edges' places move by no more
+ROUNDS = (2, 8)  # at least and at most, ...
+SETTLED_PX = 0.1  # ... until the edges' places move by no more
 SHARP = 1.35  # times the sharpest frame's blur: these teach where frames differ
 
 
