@@ -13,7 +13,6 @@ from scipy.optimize import least_squares
 
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.cut import Cut, edge_profiles
-from tsvision.measures.helix import model_edges
 from tsvision.measures.shading import (
     TEMPLATE_GRID_PX,
     TEMPLATE_STEP_PX,
@@ -34,7 +33,7 @@ def model_rows(cut: Cut, found: BundleFit) -> tuple[np.ndarray, np.ndarray]:
     inside = (cut.s_px >= found.s_low_px) & (cut.s_px <= found.s_high_px)
     upper, lower = np.full(inside.size, np.nan), np.full(inside.size, np.nan)
     z0 = found.s_low_px - found.middle_px
-    up, low = model_edges(found.fit.p, found.fit.section, z0, int(inside.sum()))
+    up, low = found.fit.seen_edges(z0, int(inside.sum()))
     upper[inside], lower[inside] = up + cut.half_px, low + cut.half_px
     return upper, lower
 

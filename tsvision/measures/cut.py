@@ -227,7 +227,8 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
             edge, weight = np.where(is_dim, further, edge), np.where(is_dim, well, weight)
         found.append((np.where(weight > 0, edge - cut.half_px, 0.0), weight))
     (upper, upper_weight), (lower, lower_weight) = found
-    return Edges(cut.s_px, upper, lower, upper_weight, lower_weight)
+    blur_px = shading[0].blur_px
+    return Edges(cut.s_px, upper, lower, upper_weight, lower_weight, blur_px=blur_px)
 
 
 def _rising(shading: tuple[Shading, Shading]) -> tuple[Shading, Shading]:

@@ -21,13 +21,11 @@ def within_zone(edges: Edges, cut: Cut, looks: Looks) -> Edges:
     """Edges between apex and connector only."""
     end = looks.ends.connector_px
     inside = cut.silhouette.bundle & (cut.s_px < (end - 1.0 if np.isfinite(end) else np.inf))
-    return Edges(
-        edges.s_px,
-        edges.upper_px,
-        edges.lower_px,
-        np.where(inside, edges.upper_weight, 0.0),
-        np.where(inside, edges.lower_weight, 0.0),
-        looks.trust,
+    return replace(
+        edges,
+        upper_weight=np.where(inside, edges.upper_weight, 0.0),
+        lower_weight=np.where(inside, edges.lower_weight, 0.0),
+        trust=looks.trust,
     )
 
 

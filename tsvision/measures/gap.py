@@ -21,6 +21,7 @@ FEWEST_PICTURES = 3
 STRAIGHT_PX = 0.6  # rms about straight lines of what are two legs
 ODD = 3.0  # times the median picture's rms: no legs, or not yet straight
 MIDDLE_SD_PX = 0.2  # by which the middle of a leg that is lit from one side is misread
+MISSTATED = 3.0  # times: no rig is this far off what its file says
 WORST = 0.1  # of the gap: a wider uncertainty tells nothing
 
 
@@ -64,6 +65,8 @@ def gap_from_legs(
         if lines is None or not lines.found[2] > 0.5 * sight.width_px:
             return None
         face, half = float(lines.found[0]), float(lines.found[2])
+        if not half_gap_px / MISSTATED < half < MISSTATED * half_gap_px:
+            return None  # lines that all meet at one place run away along themselves
     assert lines is not None
     rms = float(np.sqrt(np.mean(lines.off_px**2)))
     if rms > STRAIGHT_PX or half / max(float(np.min(lines.found[3:])) - face, 1.0) < LEAST_SLOPE:

@@ -23,6 +23,7 @@ from functools import cached_property
 
 import numba
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE = range(9)
 PARAMETERS = 9
@@ -72,7 +73,8 @@ class Section:
 
 @dataclass(frozen=True)
 class HelixFit:
-    """Result of a fit: `p` (9,) and its covariance (9, 9), rms residual px, robust cost."""
+    """Result of a fit: `p` (9,) and its covariance (9, 9), rms residual px, robust cost; blur_px of
+    the edges fitted."""
 
     p: np.ndarray
     covariance: np.ndarray
@@ -81,6 +83,15 @@ class HelixFit:
     points: int
     section: Section
     z_px: tuple[float, float]
+    blur_px: float = 0.0
+
+    def seen_edges(self, z0: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Upper and lower edge (count,) at z0, z0 + 1, ... as a picture so blurred shows them."""
+        sharp = model_edges(self.p, self.section, z0, count)
+        if self.blur_px <= 0.0:
+            return sharp
+        off = rounded_off(self.p, self.section, z0, count, self.blur_px)
+        return sharp[0] + off[0], sharp[1] + off[1]
 
     @property
     def coiled(self) -> bool:
@@ -383,7 +394,9 @@ class Edges:
     """Two edges of a strip: n of the upper (larger n) and lower edge at s_px, weights 0..1.
 
     trust: by how much less than its weights either side counts in a fit. Where a dark limb's light
-    ends depends on where the strands around it lie, and follows the outline roughly only."""
+    ends depends on where the strands around it lie, and follows the outline roughly only.
+    blur_px: of the picture the edges were found in (sd), which rounds off what they show of the
+    outline along s."""
 
     s_px: np.ndarray
     upper_px: np.ndarray
@@ -391,16 +404,17 @@ class Edges:
     upper_weight: np.ndarray
     lower_weight: np.ndarray
     trust: tuple[float, float] = (1.0, 1.0)
+    blur_px: float = 0.0
 
     def window(self, s_low: float, s_high: float) -> Edges:
         keep = (self.s_px >= s_low) & (self.s_px <= s_high)
-        return Edges(
-            self.s_px[keep],
-            self.upper_px[keep],
-            self.lower_px[keep],
-            self.upper_weight[keep],
-            self.lower_weight[keep],
-            self.trust,
+        return replace(
+            self,
+            s_px=self.s_px[keep],
+            upper_px=self.upper_px[keep],
+            lower_px=self.lower_px[keep],
+            upper_weight=self.upper_weight[keep],
+            lower_weight=self.lower_weight[keep],
         )
 
     @property
@@ -468,23 +482,30 @@ def fit_helix(
     step = _step(start)
     normal = np.zeros((PARAMETERS, PARAMETERS))
     free_ids = np.array(free, dtype=np.int64)
-    p, cost, total = _minimise(
-        np.asarray(start, dtype=float),
-        free_ids,
-        mean,
-        weight,
-        *section.outer,
-        z0,
-        edges.upper_px,
-        edges.lower_px,
-        *edges.trusted,
-        scale_px,
-        step,
-        iterations,
-        normal,
-    )
-    up, low = model_edges(p, section, z0, len(edges.s_px))
-    r = np.concatenate([edges.upper_px - up, edges.lower_px - low])
+    p = np.asarray(start, dtype=float)
+    upper, lower = edges.upper_px, edges.lower_px
+    # By how much blur moves the outline is small, and known as soon as the outline is, roughly.
+    for again in range(1 + (edges.blur_px > 0.0)):
+        if again:
+            rounded = rounded_off(p, section, z0, upper.size, edges.blur_px)
+            upper, lower = (e - off for e, off in zip((upper, lower), rounded, strict=True))
+        p, cost, total = _minimise(
+            p,
+            free_ids,
+            mean,
+            weight,
+            *section.outer,
+            z0,
+            upper,
+            lower,
+            *edges.trusted,
+            scale_px,
+            step,
+            iterations,
+            normal,
+        )
+    up, low = model_edges(p, section, z0, upper.size)
+    r = np.concatenate([upper - up, lower - low])
     w = np.concatenate([edges.upper_weight, edges.lower_weight])
     good = (w > 0) & (np.abs(r) < 3 * scale_px)
     side = np.repeat(edges.trust, edges.s_px.size)[good]
@@ -501,7 +522,21 @@ def fit_helix(
         points=int(good.sum()),
         section=section,
         z_px=(float(edges.s_px[0]), float(edges.s_px[-1])),
+        blur_px=edges.blur_px,
     )
+
+
+def rounded_off(
+    p: np.ndarray, section: Section, z0: float, count: int, blur_px: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """By how much (count,) blur moves the upper and the lower edge at z0, z0 + 1, ...: a blurred
+    outline's half level runs, to first order in its slope, where the outline itself smoothed along
+    the axis does, inside of crests and outside of notches."""
+    beyond = int(np.ceil(3.0 * blur_px))
+    sharp = model_edges(p, section, z0 - beyond, count + 2 * beyond)
+    inside = slice(beyond, beyond + count)
+    up, low = ((gaussian_filter1d(e, blur_px, truncate=3.0) - e)[inside] for e in sharp)
+    return up, low
 
 
 def model_edges(

@@ -8,7 +8,7 @@ fitted, and the best fit wins. Wide bundles are searched at reduced size first.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
@@ -398,13 +398,14 @@ def _shrunk(edges: Edges, factor: float) -> Edges:
     s = edges.s_px / factor
     grid = np.arange(np.ceil(s[0]), np.floor(s[-1]) + 1e-9)
     nearest = np.clip(np.searchsorted(s, grid), 0, s.size - 1)
-    return Edges(
-        grid,
-        np.interp(grid, s, edges.upper_px / factor),
-        np.interp(grid, s, edges.lower_px / factor),
-        edges.upper_weight[nearest],
-        edges.lower_weight[nearest],
-        edges.trust,
+    return replace(
+        edges,
+        s_px=grid,
+        upper_px=np.interp(grid, s, edges.upper_px / factor),
+        lower_px=np.interp(grid, s, edges.lower_px / factor),
+        upper_weight=edges.upper_weight[nearest],
+        lower_weight=edges.lower_weight[nearest],
+        blur_px=edges.blur_px / factor,
     )
 
 

@@ -11,33 +11,38 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import t as student_t
 
 from tsvision.measures.bundle import BundleFit, usable
-from tsvision.measures.helix import COILED, STRAIGHT, Edges, HelixFit, fit_helix, model_edges
+from tsvision.measures.helix import COILED, STRAIGHT, Edges, HelixFit, fit_helix
 from tsvision.measures.shading import PLACE_RANGE_PX
 from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR
 
 SHARE = 0.035  # of D: how far strands that are not rigid circles lead astray
 # Edges of neighbouring columns are off together: a fit's own sd counts this many times.
 WIDENED = 3.0
-CONTRADICTED = 2.0  # sd
+CONTRADICTED = 0.023  # chance: two sd of a width whose sd is known
 UNTOLD_PX = 1e3
 FINEST_PX = 0.05  # residuals below which sides are equally good
 
 
 @dataclass(frozen=True)
 class Shape:
-    """width_px: by how much the true width is less than that of the edges assumed, with its sd."""
+    """width_px: by how much the true width is less than that of the edges assumed, with its sd and
+    the degrees of freedom that this was estimated with."""
 
     width_px: float
     sd_px: float
+    freedom: float = np.inf
 
     def joined(self, width_px: float, sd_px: float) -> Shape:
         """Together with what the light tells of the same width. Where the two contradict each
         other it is the light's model that does not hold: a limb may send none."""
         light = (EDGE_MODEL_FACTOR * sd_px) ** 2
         off = self.width_px - width_px
-        light = max(light, (off / CONTRADICTED) ** 2 - self.sd_px**2)
+        # A few widths that scatter may well lie off by several times what their scatter tells.
+        contradicted = float(student_t.isf(CONTRADICTED, self.freedom))
+        light = max(light, (off / contradicted) ** 2 - self.sd_px**2)
         share = light / (light + self.sd_px**2)
         together = float(np.sqrt(share) * self.sd_px) / EDGE_MODEL_FACTOR
         return Shape(width_px + share * off, together)
@@ -65,9 +70,13 @@ def shape_of(fitted: list[tuple[Edges, BundleFit]]) -> Shape:
         own.append(free.diameter_px_sd)
     if not wider:
         return UNKNOWN
-    scatter = max(1.25 * float(np.std(wider)), WIDENED * float(np.median(own)))
+    seen, expected = 1.25 * float(np.std(wider)), WIDENED * float(np.median(own))
+    scatter = max(seen, expected) / np.sqrt(len(wider))
     model = SHARE * float(np.median([found.fit.diameter_px for _, found in fitted]))
-    told = Shape(float(np.median(wider)), float(np.hypot(model, scatter / np.sqrt(len(wider)))))
+    sd_px = float(np.hypot(model, scatter))
+    # Welch-Satterthwaite: what is expected beforehand has no end of degrees of freedom.
+    freedom = (len(wider) - 1) * (sd_px / scatter) ** 4 if seen > expected else np.inf
+    told = Shape(float(np.median(wider)), sd_px, freedom)
     return told if told.sd_px < UNTOLD_PX else UNKNOWN  # no fit came to an end: not a number
 
 
@@ -89,7 +98,7 @@ def _trust(part: Edges, fit: HelixFit) -> tuple[float, float]:
     """Where a limb's light ends depends on where the strands around it lie: it does not follow the
     outline. Such edges are off together over a lobe or two, and count less than as the square."""
     z0 = 0.5 * float(part.s_px[0] - part.s_px[-1])
-    upper, lower = model_edges(fit.p, fit.section, z0, part.s_px.size)
+    upper, lower = fit.seen_edges(z0, part.s_px.size)
     rough = [
         float(np.median(np.abs(seen - model)[weight > 0])) if (weight > 0).any() else np.inf
         for seen, model, weight in (
