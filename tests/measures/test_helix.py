@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
 from tsvision.measures.helix import (
     COILED,
@@ -20,6 +21,7 @@ from tsvision.measures.helix import (
     K,
     fit_helix,
     model_edges,
+    rounded_off,
 )
 from tsvision.measures.section import pair_core
 
@@ -124,6 +126,71 @@ def test_the_gradient_is_that_of_finite_differences(strings: int, p: np.ndarray)
             numeric = float(((moved[0][side] - moved[1][side]) / (2 * step)).sum())
             size = float(np.abs((moved[0][side] - moved[1][side]) / (2 * step)).sum())
             assert right_side(index, side) == pytest.approx(numeric, abs=0.02 * size + 1e-3), index
+
+
+FINER = 4  # samples a px of the picture that is blurred
+TWISTED = [
+    (2, parameters(rho=5.2, k=0.20, phi=0.4), 1.4),
+    (4, parameters(rho=5.0, k=0.13, phi=1.0), 1.4),
+    (2, parameters(rho=5.0, k=0.12, phi=0.4, rc=3.0, kc=0.09, phic=0.8), 0.9),
+]
+
+
+def blurred(
+    p: np.ndarray, count: int, strings: int, blur_px: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Upper and lower edge (count,) where a blurred picture of the discs is half as bright."""
+    fine = p.copy()
+    fine[[RHO, RC, Y0]] *= FINER
+    fine[[K, KC]] /= FINER
+    upper, lower = discs(fine, FINER * count, strings)
+    half = int(FINER * 30)
+    rows = np.arange(-half, half + 1)[:, None]
+    shown = np.clip(upper - rows + 0.5, 0, 1) - np.clip(lower - rows + 0.5, 0, 1)
+    light = gaussian_filter(shown, FINER * blur_px, mode="nearest")
+    edges = []
+    for picture in (light[::-1], light):  # from outside in
+        first = np.argmax(picture > 0.5, axis=0)
+        column = np.arange(first.size)
+        before, after = picture[first - 1, column], picture[first, column]
+        row = first - 1 + (0.5 - before) / (after - before)
+        at = (row - half).reshape(count, FINER).mean(axis=1) / FINER
+        edges.append(at)
+    return -edges[0], edges[1]
+
+
+@pytest.mark.parametrize(("strings", "p", "blur_px"), TWISTED)
+def test_blur_rounds_off_the_outline(strings: int, p: np.ndarray, blur_px: float) -> None:
+    """Against a picture of the discs, blurred in both directions. Measured: 0.01 px in the median
+    and 0.02 in nine of ten columns, where the sharp outline is 0.04 to 0.09 and 0.1 to 0.3 px
+    off."""
+    count, section = 240, pair_core(strings)
+    z0 = -0.5 * (count - 1)
+    seen = blurred(p, count, strings, blur_px)
+    sharp = model_edges(p, section, z0, count)
+    off = rounded_off(p, section, z0, count, blur_px)
+    inner = slice(20, -20)
+    for got, edge, rounded in zip(seen, sharp, off, strict=True):
+        error = np.abs(got - edge - rounded)[inner]
+        plain = np.abs(got - edge)[inner]
+        assert np.median(error) < 0.02
+        assert np.percentile(error, 90) < 0.25 * np.percentile(plain, 90)
+
+
+@pytest.mark.parametrize(("strings", "p", "blur_px"), TWISTED)
+def test_a_fit_that_knows_the_blur_finds_the_width(
+    strings: int, p: np.ndarray, blur_px: float
+) -> None:
+    count, section = 240, pair_core(strings)
+    upper, lower = blurred(p, count, strings, blur_px)
+    s, sure = np.arange(count, dtype=float), np.ones(count)
+    seen = Edges(s, upper, lower, sure, sure, blur_px=blur_px)
+    seen = seen.window(20.0, count - 21.0)
+    free = tuple(i for i in (STRAIGHT if p[RC] == 0.0 else COILED) if i != EDGE)
+    fit = fit_helix(seen, section, p, free)
+    assert fit.diameter_px == pytest.approx(2.0 * p[RHO] * section.diameter_d, abs=0.04)
+    assert fit.p[K] == pytest.approx(p[K], rel=1e-3)
+    assert fit.cost < 0.01
 
 
 @pytest.mark.parametrize(("strings", "p"), SHAPES)

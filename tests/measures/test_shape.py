@@ -104,3 +104,22 @@ def test_a_width_that_no_two_edges_have_is_no_fault(width_px: float) -> None:
     *sides, places = fit_shading((profile, profile), rho, shape=Shape(width_px, 0.05))
     assert np.isfinite(places).all()
     assert all(np.isfinite(side.blur_px) for side in sides)
+
+
+def test_a_shape_that_its_own_frames_contradict_overrules_no_light() -> None:
+    """Widths that scatter by a seventh of D over three frames, far from what the light tells."""
+    sure, unsure = Shape(9.0, 3.0), Shape(9.0, 3.0, freedom=2.0)
+    assert sure.joined(0.0, 0.5).width_px > 3.0
+    assert unsure.joined(0.0, 0.5).width_px < 1.5
+
+
+@pytest.mark.parametrize(
+    ("outside_px", "is_known"), [((0.0, 0.0, 0.0), True), ((0.0, 1.0, -1.0), False)]
+)
+def test_a_few_widths_that_scatter_leave_few_degrees_of_freedom(
+    outside_px: tuple[float, ...], is_known: bool
+) -> None:
+    phases = (0.2, 0.9, 1.6)
+    told = shape_of([fitted(2, off, at) for off, at in zip(outside_px, phases, strict=True)])
+    assert (told.freedom == np.inf) is is_known
+    assert is_known or told.freedom < 10.0
