@@ -75,7 +75,7 @@ def shape_of(fitted: list[tuple[Edges, BundleFit]]) -> Shape:
     model = SHARE * float(np.median([found.fit.diameter_px for _, found in fitted]))
     sd_px = float(np.hypot(model, scatter))
     # Welch-Satterthwaite: what is expected beforehand has no end of degrees of freedom.
-    freedom = (len(wider) - 1) * (sd_px / scatter) ** 4 if seen > expected else np.inf
+    freedom = float((len(wider) - 1) * (sd_px / scatter) ** 4) if seen > expected else np.inf
     told = Shape(float(np.median(wider)), sd_px, freedom)
     return told if told.sd_px < UNTOLD_PX else UNKNOWN  # no fit came to an end: not a number
 
