@@ -13,6 +13,7 @@ from tsvision.measures.looks import Looks
 from tsvision.measures.windows import even_stretches
 
 NAN = float("nan")
+SHOWN_TURNS = 2.0  # of the strands, that a straight fit beside the separator spans
 TRIED = 3  # stretches from the separator on, until one can be fitted at all
 LEAST_TURNS = 0.9  # that tell pitch and width apart
 
@@ -77,11 +78,14 @@ def fit_bundle(
     near: BundleFit | None = None
     if not swings:
         low = start + 0.6 * d * skip
+        ends = low + 7.0 * d
+        if near_before is not None and not near_before.fit.coiled:
+            ends = start + max(SHOWN_TURNS * near_before.fit.pitch_px, 4.0 * d)
         near = fit_window(
-            edges, looks.section, low, min(low + 7.0 * d, last), d, rate, near_before, coil=False
+            edges, looks.section, low, min(ends, last), d, rate, near_before, coil=False
         )
         if near is not None and near.fit.cost < 0.5:
-            high = min(start + max(2.0 * near.fit.pitch_px, 4.0 * d), last)
+            high = min(start + max(SHOWN_TURNS * near.fit.pitch_px, 4.0 * d), last)
             if abs(high - near.s_high_px) > 0.5 * d and high - low > 2.0 * d:
                 again = fit_window(edges, looks.section, low, high, d, rate, near, coil=False)
                 near = again or near

@@ -27,6 +27,7 @@ from scipy.ndimage import gaussian_filter1d
 
 RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE = range(9)
 PARAMETERS = 9
+ROUGHLY = 6  # steps of a fit, after which it is known by how much blur moves the outline
 STRAIGHT = (RHO, K, PHI, Y0, SLOPE, EDGE)
 COILED = (RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE)
 
@@ -485,7 +486,8 @@ def fit_helix(
     p = np.asarray(start, dtype=float)
     upper, lower = edges.upper_px, edges.lower_px
     # By how much blur moves the outline is small, and known as soon as the outline is, roughly.
-    for again in range(1 + (edges.blur_px > 0.0)):
+    passes = (iterations,) if edges.blur_px <= 0.0 else (ROUGHLY, iterations)
+    for again, most in enumerate(passes):
         if again:
             rounded = rounded_off(p, section, z0, upper.size, edges.blur_px)
             upper, lower = (e - off for e, off in zip((upper, lower), rounded, strict=True))
@@ -501,7 +503,7 @@ def fit_helix(
             *edges.trusted,
             scale_px,
             step,
-            iterations,
+            most,
             normal,
         )
     up, low = model_edges(p, section, z0, upper.size)
