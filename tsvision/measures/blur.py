@@ -13,6 +13,7 @@ from scipy.optimize import least_squares
 
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.cut import Cut, edge_profiles
+from tsvision.measures.helix import model_edges
 from tsvision.measures.shading import (
     TEMPLATE_GRID_PX,
     TEMPLATE_STEP_PX,
@@ -25,15 +26,22 @@ SHARPEST_PX, MOST_BLURRED_PX = 0.35, 6.0
 STEADY, STEADY_PX = 0.25, 0.4  # of the blur, and at least: frames that differ by no more are alike
 FEWEST, LEAST = 4, 0.12  # frames, and spread of their blurs, from which diameters can decide
 AGREE = 0.75  # of the diameters' scatter under one blur: what blurs that are the frames' leave
+NOTCH_PX = 0.02  # by which blur moves an edge outwards where it is a notch's
 FURTHEST_PX = 2.5  # from the fitted silhouette: where the edge may lie
 
 
 def model_rows(cut: Cut, found: BundleFit) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of the fitted silhouette's edges, (M,) each, NaN outside the fitted window."""
+    """Rows of the fitted silhouette's edges, (M,) each, NaN outside the fitted window and in the
+    notches between strands: there two limbs are seen at once, and the strand in front shades the
+    other."""
     inside = (cut.s_px >= found.s_low_px) & (cut.s_px <= found.s_high_px)
     upper, lower = np.full(inside.size, np.nan), np.full(inside.size, np.nan)
     z0 = found.s_low_px - found.middle_px
-    up, low = found.fit.seen_edges(z0, int(inside.sum()))
+    count = int(inside.sum())
+    up, low = found.fit.seen_edges(z0, count)
+    sharp_up, sharp_low = model_edges(found.fit.p, found.fit.section, z0, count)
+    up = np.where(up - sharp_up > NOTCH_PX, np.nan, up)
+    low = np.where(sharp_low - low > NOTCH_PX, np.nan, low)
     upper[inside], lower[inside] = up + cut.half_px, low + cut.half_px
     return upper, lower
 
