@@ -22,12 +22,7 @@ def within_zone(edges: Edges, cut: Cut, looks: Looks) -> Edges:
     """Edges between apex and connector only."""
     end = looks.ends.connector_px
     inside = cut.silhouette.bundle & (cut.s_px < (end - 1.0 if np.isfinite(end) else np.inf))
-    return replace(
-        edges,
-        upper_weight=np.where(inside, edges.upper_weight, 0.0),
-        lower_weight=np.where(inside, edges.lower_weight, 0.0),
-        trust=looks.trust,
-    )
+    return replace(edges.within(inside), trust=looks.trust)
 
 
 def apex_of(cut: Cut, looks: Looks) -> float:

@@ -418,6 +418,11 @@ class Edges:
             lower_weight=self.lower_weight[keep],
         )
 
+    def within(self, inside: np.ndarray) -> Edges:
+        """The same with no weight where `inside` (M,) is False."""
+        upper, lower = (np.where(inside, w, 0.0) for w in (self.upper_weight, self.lower_weight))
+        return replace(self, upper_weight=upper, lower_weight=lower)
+
     @property
     def trusted(self) -> tuple[np.ndarray, np.ndarray]:
         """Weights (M,) of the upper and the lower edge in a fit."""

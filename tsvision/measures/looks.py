@@ -166,15 +166,10 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
 
 def _slope_sum(cuts: list[Cut], shading: tuple[Shading, Shading], diameter_px: float) -> float:
     """Of the ridges' slopes within the twisted part."""
-    slopes = []
-    for cut in cuts:
-        edges = find_edges(cut, shading)
-        upper, lower = (
-            np.where(cut.silhouette.bundle, w, 0.0)
-            for w in (edges.upper_weight, edges.lower_weight)
-        )
-        inside = replace(edges, upper_weight=upper, lower_weight=lower)
-        slopes.append(slope_between(cut, inside, diameter_px))
+    slopes = [
+        slope_between(cut, find_edges(cut, shading).within(cut.silhouette.bundle), diameter_px)
+        for cut in cuts
+    ]
     return float(np.nansum(slopes))
 
 
