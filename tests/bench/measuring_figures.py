@@ -20,10 +20,10 @@ from scipy.ndimage import gaussian_filter1d
 from tests.bench.pictures48_draw import cases, draw
 from tsvision.measures.bundle import fit_window
 from tsvision.measures.cut import cut_frame, find_edges
-from tsvision.measures.helix import model_edges
 from tsvision.measures.looks import Looks, learn_looks
 from tsvision.measures.shading import EdgeProfile
 from tsvision.measures.shading_fit import fit_shading
+from tsvision.measures.silhouette import model_edges
 from tsvision.measures.windows import near_window
 from tsvision.records import Rig, Scale, Strings, View
 

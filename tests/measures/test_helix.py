@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from tsvision.measures.helix import (
+from tsvision.measures.helix import Edges, fit_helix
+from tsvision.measures.section import pair_core
+from tsvision.measures.silhouette import (
     COILED,
     EDGE,
     KC,
@@ -17,13 +19,10 @@ from tsvision.measures.helix import (
     SLOPE,
     STRAIGHT,
     Y0,
-    Edges,
     K,
-    fit_helix,
     model_edges,
     rounded_off,
 )
-from tsvision.measures.section import pair_core
 
 
 def parameters(**values: float) -> np.ndarray:

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from tsvision.measures.bundle import BundleFit
-from tsvision.measures.helix import KC, PHI, PHIC, RC, RHO, Edges, HelixFit, K, model_edges
+from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.laid import coil_rate, laid_along
 from tsvision.measures.section import pair_core
+from tsvision.measures.silhouette import KC, PHI, PHIC, RC, RHO, K, model_edges
 
 TWIST = 2.0 * np.pi / 40.0  # rad per px of bundle
 D = 20.0

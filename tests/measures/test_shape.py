@@ -11,12 +11,13 @@ from tests.measures.pictures import picture
 from tests.measures.test_edges import offsets_for, seen, tube
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.cut import cut_frame, find_edges
-from tsvision.measures.helix import EDGE, PHI, RHO, STRAIGHT, Edges, K, fit_helix, model_edges
+from tsvision.measures.helix import Edges, fit_helix
 from tsvision.measures.recording import Measurer
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import TEMPLATE_GRID_PX
 from tsvision.measures.shading_fit import fit_shading
 from tsvision.measures.shape import UNKNOWN, Shape, shape_of
+from tsvision.measures.silhouette import EDGE, PHI, RHO, STRAIGHT, K, model_edges
 from tsvision.records import Rig, Strings, View
 
 DIAMETER_PX = 30.0

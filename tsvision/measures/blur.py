@@ -13,7 +13,6 @@ from scipy.optimize import least_squares
 
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.cut import Cut, edge_profiles
-from tsvision.measures.helix import model_edges
 from tsvision.measures.shading import (
     TEMPLATE_GRID_PX,
     TEMPLATE_STEP_PX,
@@ -21,6 +20,7 @@ from tsvision.measures.shading import (
     Shading,
     make_shading,
 )
+from tsvision.measures.silhouette import model_edges
 
 SHARPEST_PX, MOST_BLURRED_PX = 0.35, 6.0
 STEADY, STEADY_PX = 0.25, 0.4  # of the blur, and at least: frames that differ by no more are alike

@@ -8,9 +8,10 @@ import numpy as np
 
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.ends import NEAR_SHARE
-from tsvision.measures.helix import RHO, Edges, HelixFit
+from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.laid import laid_along
 from tsvision.measures.looks import Looks
+from tsvision.measures.silhouette import RHO
 from tsvision.records import FrameRow
 
 NAN = float("nan")

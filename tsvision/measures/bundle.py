@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsvision.measures.helix import KC, Edges, HelixFit, K, Section
+from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.line import line_through
 from tsvision.measures.search import (
     POOR,
@@ -18,6 +18,7 @@ from tsvision.measures.search import (
     search_coiled,
     search_straight,
 )
+from tsvision.measures.silhouette import KC, K, Section
 
 NAN = float("nan")
 SWINGS = 0.03  # rms of the middle line over D from which a coil is tried, ...

@@ -19,10 +19,11 @@ from tsvision.measures.cut import Cut, cut_frame, find_edges
 from tsvision.measures.doubts import clipped, edges_poor, knots_unsure, turns_disagree
 from tsvision.measures.fits import apex_of, fit_bundle, within_zone
 from tsvision.measures.handedness import handedness_of, slope_between
-from tsvision.measures.helix import KC, Edges, K
+from tsvision.measures.helix import Edges
 from tsvision.measures.legs import apex_from_legs
 from tsvision.measures.looks import Looks
 from tsvision.measures.outline import add_outline
+from tsvision.measures.silhouette import KC, K
 from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px
 from tsvision.measures.unmatched import with_outline
 from tsvision.measures.width import width_between_knots, width_sd_px

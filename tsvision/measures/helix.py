@@ -1,75 +1,66 @@
-"""The silhouette of twisted strands, and the fit of it to two measured edges.
-
-A bundle of N round strands on a fixed section turns about its own centre line, and that line may
-itself coil about the zone's axis (helix of helix). A tube's silhouette in projection is the
-envelope of discs along its projected centre line; the bundle's is the outermost of all strands.
-Both edges and their derivatives come from the same contact points: at a maximum the contact point
-may be held fixed while a parameter changes (envelope theorem), so that the Jacobian costs little
-more than the silhouette.
-
-Parameters, in px and rad, z running along the axis from the middle of the window:
-  rho    strand radius; strand centres lie at a_i = 2 rho * site radius (sites in units of d)
-  k, phi strand rate and phase about the bundle's centre line (relative to the line's own frame)
-  y0, m  offset and slope of the axis
-  rc, kc, phic  radius, rate and phase of the coiling; rc = 0 for a straight bundle
-  edge   how far both measured edges lie outside the true ones
-Relative signs of k and kc are taken as equal: the bundle coils in the sense in which it is twisted.
-"""
+"""The fit of a helix's silhouette to two measured edges."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numba
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
-RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE = range(9)
-PARAMETERS = 9
+from tsvision.measures.silhouette import (
+    KC,
+    PARAMETERS,
+    RC,
+    RHO,
+    K,
+    Section,
+    gradient,
+    model_edges,
+    rounded_off,
+    silhouette,
+)
+
 ROUGHLY = 6  # steps of a fit, after which it is known by how much blur moves the outline
-STRAIGHT = (RHO, K, PHI, Y0, SLOPE, EDGE)
-COILED = (RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE)
 
 
 @dataclass(frozen=True)
-class Section:
-    """Strand centres: radius in units of d and angle in rad, both (N,)."""
+class Edges:
+    """Two edges of a strip: n of the upper (larger n) and lower edge at s_px, weights 0..1.
 
-    name: str
-    radius_d: np.ndarray
-    angle_rad: np.ndarray
+    trust: by how much less than its weights either side counts in a fit. Where a dark limb's light
+    ends depends on where the strands around it lie, and follows the outline roughly only.
+    blur_px: of the picture the edges were found in (sd), which rounds off what they show of the
+    outline along s."""
+
+    s_px: np.ndarray
+    upper_px: np.ndarray
+    lower_px: np.ndarray
+    upper_weight: np.ndarray
+    lower_weight: np.ndarray
+    trust: tuple[float, float] = (1.0, 1.0)
+    blur_px: float = 0.0
+
+    def window(self, s_low: float, s_high: float) -> Edges:
+        keep = (self.s_px >= s_low) & (self.s_px <= s_high)
+        return replace(
+            self,
+            s_px=self.s_px[keep],
+            upper_px=self.upper_px[keep],
+            lower_px=self.lower_px[keep],
+            upper_weight=self.upper_weight[keep],
+            lower_weight=self.lower_weight[keep],
+        )
+
+    def within(self, inside: np.ndarray) -> Edges:
+        """The same with no weight where `inside` (M,) is False."""
+        upper, lower = (np.where(inside, w, 0.0) for w in (self.upper_weight, self.lower_weight))
+        return replace(self, upper_weight=upper, lower_weight=lower)
 
     @property
-    def diameter_d(self) -> float:
-        """Outer diameter in units of d."""
-        return 1.0 + 2.0 * float(self.radius_d.max())
-
-    @cached_property
-    def outer(self) -> tuple[np.ndarray, np.ndarray]:
-        """Radius and angle of the strands that ever reach the outline: the corners of the sites'
-        convex hull, for all discs are of one size. Four of the pair core's eight."""
-        points = np.stack(
-            [self.radius_d * np.cos(self.angle_rad), self.radius_d * np.sin(self.angle_rad)], 1
-        )
-        if len(points) < 4:
-            return self.radius_d, self.angle_rad
-        turns = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False) + 1e-4
-        support = points @ np.stack([np.cos(turns), np.sin(turns)])
-        corners = np.unique(support.argmax(axis=0))
-        return self.radius_d[corners], self.angle_rad[corners]
-
-    def variants(self) -> tuple[Section, ...]:
-        """The section and its mirror image, where that is another section whichever way it is
-        turned (N = 5, 6, 7 of the pair core): which of the two twisted up nobody knows, and seen
-        from the side a right-handed bundle of one looks like a left-handed one of the other."""
-        points = self.radius_d * np.exp(1j * self.angle_rad)
-        mirrored = points.conj()
-        for turn in np.angle(mirrored[:, None] / np.where(points == 0, 1, points)[None, :]).ravel():
-            turned = points * np.exp(1j * turn)
-            if np.abs(turned[:, None] - mirrored[None, :]).min(axis=1).max() < 1e-6:
-                return (self,)
-        return self, Section(f"{self.name}_mirrored", self.radius_d, -self.angle_rad)
+    def trusted(self) -> tuple[np.ndarray, np.ndarray]:
+        """Weights (M,) of the upper and the lower edge in a fit."""
+        upper, lower = self.trust
+        return upper * self.upper_weight, lower * self.lower_weight
 
 
 @dataclass(frozen=True)
@@ -145,289 +136,6 @@ class HelixFit:
             moved[i] += step
             jac[:, i] = (values(moved) - base) / step
         return base, jac @ self.covariance @ jac.T
-
-
-@numba.njit(cache=True, fastmath=True, inline="always")
-def _point(z, a, p, kappa, q, cp, sp, ct, st):  # pragma: no cover - compiled
-    """Projected strand centre (s, y) and its derivative along z; cosines and sines of the strand's
-    angle psi and the coil's theta there."""
-    s = z + a * sp * kappa / q
-    y = p[5] * ct - a * cp * ct + a * sp * st / q
-    y_theta = -p[5] * st + a * cp * st + a * sp * ct / q
-    y_psi = a * sp * ct + a * cp * st / q
-    s_psi = a * cp * kappa / q
-    rate = p[6] if p[5] > 0.0 else 0.0
-    return s, y, 1.0 + p[1] * s_psi, rate * y_theta + p[1] * y_psi
-
-
-@numba.njit(cache=True, fastmath=True)
-def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at_lower, step):
-    # pragma: no cover - compiled
-    """Fill upper, lower (count,) at z0, z0 + 1, ...; at_* (count, 2) gets contact z and strand."""
-    rho = p[0]
-    for c in range(count):
-        upper[c] = -1e30
-        lower[c] = 1e30
-    reach = rho + 2.0 * step
-    for i in range(site_radius.size):
-        reach = max(reach, rho + 2.0 * rho * site_radius[i] + 2.0 * step)
-    samples = int((count + 2.0 * reach) / step) + 2
-    kappa = p[5] * p[6]
-    q = np.sqrt(1.0 + kappa * kappa)
-    theta = p[6] * (z0 - reach) + p[7] if p[5] > 0.0 else 0.0
-    turn = p[6] * step if p[5] > 0.0 else 0.0
-    # One step turns both angles by the same: products instead of four cosines and sines a sample.
-    cos_k, sin_k, cos_t, sin_t = (
-        np.cos(p[1] * step),
-        np.sin(p[1] * step),
-        np.cos(turn),
-        np.sin(turn),
-    )
-    for i in range(site_radius.size):
-        a = 2.0 * rho * site_radius[i]
-        have = False
-        psi = p[1] * (z0 - reach) + p[2] + site_angle[i]
-        cp, sp, ct, st = np.cos(psi), np.sin(psi), np.cos(theta), np.sin(theta)
-        xu0 = yu0 = xl0 = yl0 = zp = 0.0
-        for j in range(samples):
-            z = z0 - reach + j * step
-            s, y, ds, dy = _point(z, a, p, kappa, q, cp, sp, ct, st)
-            cp, sp = cp * cos_k - sp * sin_k, sp * cos_k + cp * sin_k
-            ct, st = ct * cos_t - st * sin_t, st * cos_t + ct * sin_t
-            length = np.sqrt(ds * ds + dy * dy) + 1e-12
-            nx, ny = -dy / length, ds / length
-            if ny < 0.0:
-                nx, ny = -nx, -ny
-            xu, yu = s + rho * nx, y + rho * ny
-            xl, yl = s - rho * nx, y - rho * ny
-            if have:
-                lo, hi = (xu0, xu) if xu0 <= xu else (xu, xu0)
-                if hi - lo < 4.0 * rho:
-                    c0 = max(int(np.ceil(lo - z0)), 0)
-                    c1 = min(int(np.floor(hi - z0)), count - 1)
-                    for c in range(c0, c1 + 1):
-                        w = (c + z0 - xu0) / (xu - xu0) if xu != xu0 else 0.5
-                        v = yu0 + w * (yu - yu0)
-                        if v > upper[c]:
-                            upper[c] = v
-                            at_upper[c, 0] = zp + w * step
-                            at_upper[c, 1] = i
-                lo, hi = (xl0, xl) if xl0 <= xl else (xl, xl0)
-                if hi - lo < 4.0 * rho:
-                    c0 = max(int(np.ceil(lo - z0)), 0)
-                    c1 = min(int(np.floor(hi - z0)), count - 1)
-                    for c in range(c0, c1 + 1):
-                        w = (c + z0 - xl0) / (xl - xl0) if xl != xl0 else 0.5
-                        v = yl0 + w * (yl - yl0)
-                        if v < lower[c]:
-                            lower[c] = v
-                            at_lower[c, 0] = zp + w * step
-                            at_lower[c, 1] = i
-            xu0, yu0, xl0, yl0, zp, have = xu, yu, xl, yl, z, True
-    for c in range(count):
-        line = p[3] + p[4] * (c + z0)
-        upper[c] += line + p[8]
-        lower[c] += line - p[8]
-
-
-@numba.njit(cache=True, fastmath=True)
-def _gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cover - compiled
-    """d edge(x) / d p at contact z on strand i; sense +1 upper, -1 lower. out (9,)."""
-    rho = p[0]
-    a = 2.0 * rho * site_radius[i]
-    kappa = p[5] * p[6]
-    q = np.sqrt(1.0 + kappa * kappa)
-    psi = p[1] * z + p[2] + site_angle[i]
-    cp, sp = np.cos(psi), np.sin(psi)
-    if p[5] > 0.0:
-        theta = p[6] * z + p[7]
-        ct, st = np.cos(theta), np.sin(theta)
-    else:
-        ct, st = 1.0, 0.0
-    s = z + a * sp * kappa / q
-    u = x - s
-    root = np.sqrt(max(rho * rho - u * u, 0.04 * rho * rho))
-    g = sense * u / root  # d edge / d s of the centre
-    y_theta = -p[5] * st + a * cp * st + a * sp * ct / q
-    y_psi = a * sp * ct + a * cp * st / q
-    s_psi = a * cp * kappa / q
-    y_a = -cp * ct + sp * st / q
-    s_a = sp * kappa / q
-    q3 = q * q * q
-    y_kappa = -a * sp * st * kappa / q3
-    s_kappa = a * sp / q3
-    out[0] = sense * rho / root + 2.0 * site_radius[i] * (y_a + g * s_a)
-    d_psi = y_psi + g * s_psi
-    out[1] = z * d_psi
-    out[2] = d_psi
-    out[3] = 1.0
-    out[4] = x
-    d_kappa = y_kappa + g * s_kappa
-    out[5] = ct + d_kappa * p[6]
-    out[6] = z * y_theta + d_kappa * p[5]
-    out[7] = y_theta
-    out[8] = sense
-
-
-@numba.njit(cache=True, fastmath=True)
-def _normal_equations(
-    p, site_radius, site_angle, z0, up_obs, low_obs, up_w, low_w, scale, step, normal, right
-):  # pragma: no cover - compiled
-    """Gauss-Newton system with Tukey-like (Geman-McClure) weights; returns cost and weight sum."""
-    count = up_obs.size
-    upper, lower = np.empty(count), np.empty(count)
-    at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
-    silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_u, at_l, step)
-    normal[:] = 0.0
-    right[:] = 0.0
-    grad = np.empty(9)
-    cost = 0.0
-    total = 0.0
-    for side in range(2):
-        for c in range(count):
-            weight = up_w[c] if side == 0 else low_w[c]
-            if weight <= 0.0:
-                continue
-            model = upper[c] if side == 0 else lower[c]
-            seen = up_obs[c] if side == 0 else low_obs[c]
-            r = seen - model
-            if not abs(r) < 1e6:
-                continue
-            t = (r / scale) ** 2
-            cost += weight * t / (1.0 + t)
-            w = weight / ((1.0 + t) * (1.0 + t))
-            total += weight
-            z = at_u[c, 0] if side == 0 else at_l[c, 0]
-            i = int(at_u[c, 1]) if side == 0 else int(at_l[c, 1])
-            _gradient(c + z0, z, i, 1.0 - 2.0 * side, p, site_radius, site_angle, grad)
-            for a in range(9):
-                right[a] += w * grad[a] * r
-                for b in range(a + 1):
-                    normal[a, b] += w * grad[a] * grad[b]
-    for a in range(9):
-        for b in range(a + 1, 9):
-            normal[a, b] = normal[b, a]
-    return cost, total
-
-
-@numba.njit(cache=True, fastmath=True)
-def _minimise(
-    p0,
-    free,
-    prior_mean,
-    prior_weight,
-    site_radius,
-    site_angle,
-    z0,
-    up_obs,
-    low_obs,
-    up_w,
-    low_w,
-    scale,
-    step,
-    iterations,
-    normal_out,
-):  # pragma: no cover - compiled
-    """Levenberg-Marquardt over the free parameters; returns (p, cost, weight sum)."""
-    p = p0.copy()
-    m = free.size
-    normal, right = np.empty((9, 9)), np.empty(9)
-    cost, total = _normal_equations(
-        p, site_radius, site_angle, z0, up_obs, low_obs, up_w, low_w, scale, step, normal, right
-    )
-    for a in range(9):
-        cost += prior_weight[a] * (p[a] - prior_mean[a]) ** 2
-    lam = 1e-3
-    for _ in range(iterations):
-        system, target = np.empty((m, m)), np.empty(m)
-        for a in range(m):
-            fa = free[a]
-            target[a] = right[fa] + scale * scale * prior_weight[fa] * (prior_mean[fa] - p[fa])
-            for b in range(m):
-                system[a, b] = normal[fa, free[b]]
-            system[a, a] += scale * scale * prior_weight[fa]
-        improved = False
-        for _try in range(6):
-            damped = system.copy()
-            for a in range(m):
-                damped[a, a] += lam * system[a, a] + 1e-12
-            delta = np.linalg.solve(damped, target)
-            trial = p.copy()
-            for a in range(m):
-                trial[free[a]] += delta[a]
-            # About a coiled line, whose torsion twists it already, strands may turn backwards.
-            low = -0.9 * trial[6] / np.sqrt(1.0 + (trial[5] * trial[6]) ** 2)
-            ok = trial[0] > 0.3 and trial[5] >= 0.0 and trial[1] > (low if trial[5] > 0.0 else 0.0)
-            if ok:
-                new_normal, new_right = np.empty((9, 9)), np.empty(9)
-                new_cost, new_total = _normal_equations(
-                    trial,
-                    site_radius,
-                    site_angle,
-                    z0,
-                    up_obs,
-                    low_obs,
-                    up_w,
-                    low_w,
-                    scale,
-                    step,
-                    new_normal,
-                    new_right,
-                )
-                for a in range(9):
-                    new_cost += prior_weight[a] * (trial[a] - prior_mean[a]) ** 2
-                if new_cost < cost:
-                    gain = cost - new_cost
-                    p, cost, total = trial, new_cost, new_total
-                    normal[:], right[:] = new_normal, new_right
-                    lam = max(lam * 0.3, 1e-7)
-                    improved = True
-                    break
-            lam *= 6.0
-        if not improved or gain < 1e-6 * cost:
-            break
-    normal_out[:] = normal
-    return p, cost, total
-
-
-@dataclass(frozen=True)
-class Edges:
-    """Two edges of a strip: n of the upper (larger n) and lower edge at s_px, weights 0..1.
-
-    trust: by how much less than its weights either side counts in a fit. Where a dark limb's light
-    ends depends on where the strands around it lie, and follows the outline roughly only.
-    blur_px: of the picture the edges were found in (sd), which rounds off what they show of the
-    outline along s."""
-
-    s_px: np.ndarray
-    upper_px: np.ndarray
-    lower_px: np.ndarray
-    upper_weight: np.ndarray
-    lower_weight: np.ndarray
-    trust: tuple[float, float] = (1.0, 1.0)
-    blur_px: float = 0.0
-
-    def window(self, s_low: float, s_high: float) -> Edges:
-        keep = (self.s_px >= s_low) & (self.s_px <= s_high)
-        return replace(
-            self,
-            s_px=self.s_px[keep],
-            upper_px=self.upper_px[keep],
-            lower_px=self.lower_px[keep],
-            upper_weight=self.upper_weight[keep],
-            lower_weight=self.lower_weight[keep],
-        )
-
-    def within(self, inside: np.ndarray) -> Edges:
-        """The same with no weight where `inside` (M,) is False."""
-        upper, lower = (np.where(inside, w, 0.0) for w in (self.upper_weight, self.lower_weight))
-        return replace(self, upper_weight=upper, lower_weight=lower)
-
-    @property
-    def trusted(self) -> tuple[np.ndarray, np.ndarray]:
-        """Weights (M,) of the upper and the lower edge in a fit."""
-        upper, lower = self.trust
-        return upper * self.upper_weight, lower * self.lower_weight
 
 
 def descend(
@@ -533,35 +241,122 @@ def fit_helix(
     )
 
 
-def rounded_off(
-    p: np.ndarray, section: Section, z0: float, count: int, blur_px: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """By how much (count,) blur moves the upper and the lower edge at z0, z0 + 1, ...: a blurred
-    outline's half level runs, to first order in its slope, where the outline itself smoothed along
-    the axis does, inside of crests and outside of notches."""
-    beyond = int(np.ceil(3.0 * blur_px))
-    sharp = model_edges(p, section, z0 - beyond, count + 2 * beyond)
-    inside = slice(beyond, beyond + count)
-    up, low = ((gaussian_filter1d(e, blur_px, truncate=3.0) - e)[inside] for e in sharp)
-    return up, low
-
-
-def model_edges(
-    p: np.ndarray, section: Section, z0: float, count: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Upper and lower edge (count,) at z0, z0 + 1, ..."""
+@numba.njit(cache=True, fastmath=True)
+def _normal_equations(
+    p, site_radius, site_angle, z0, up_obs, low_obs, up_w, low_w, scale, step, normal, right
+):  # pragma: no cover - compiled
+    """Gauss-Newton system with Tukey-like (Geman-McClure) weights; returns cost and weight sum."""
+    count = up_obs.size
     upper, lower = np.empty(count), np.empty(count)
     at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
-    step = max(0.25, min(0.6, 0.08 * float(p[RHO])))
-    silhouette(
-        np.asarray(p, dtype=float),
-        *section.outer,
-        float(z0),
-        count,
-        upper,
-        lower,
-        at_u,
-        at_l,
-        step,
+    silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_u, at_l, step)
+    normal[:] = 0.0
+    right[:] = 0.0
+    grad = np.empty(9)
+    cost = 0.0
+    total = 0.0
+    for side in range(2):
+        for c in range(count):
+            weight = up_w[c] if side == 0 else low_w[c]
+            if weight <= 0.0:
+                continue
+            model = upper[c] if side == 0 else lower[c]
+            seen = up_obs[c] if side == 0 else low_obs[c]
+            r = seen - model
+            if not abs(r) < 1e6:
+                continue
+            t = (r / scale) ** 2
+            cost += weight * t / (1.0 + t)
+            w = weight / ((1.0 + t) * (1.0 + t))
+            total += weight
+            z = at_u[c, 0] if side == 0 else at_l[c, 0]
+            i = int(at_u[c, 1]) if side == 0 else int(at_l[c, 1])
+            gradient(c + z0, z, i, 1.0 - 2.0 * side, p, site_radius, site_angle, grad)
+            for a in range(9):
+                right[a] += w * grad[a] * r
+                for b in range(a + 1):
+                    normal[a, b] += w * grad[a] * grad[b]
+    for a in range(9):
+        for b in range(a + 1, 9):
+            normal[a, b] = normal[b, a]
+    return cost, total
+
+
+@numba.njit(cache=True, fastmath=True)
+def _minimise(
+    p0,
+    free,
+    prior_mean,
+    prior_weight,
+    site_radius,
+    site_angle,
+    z0,
+    up_obs,
+    low_obs,
+    up_w,
+    low_w,
+    scale,
+    step,
+    iterations,
+    normal_out,
+):  # pragma: no cover - compiled
+    """Levenberg-Marquardt over the free parameters; returns (p, cost, weight sum)."""
+    p = p0.copy()
+    m = free.size
+    normal, right = np.empty((9, 9)), np.empty(9)
+    cost, total = _normal_equations(
+        p, site_radius, site_angle, z0, up_obs, low_obs, up_w, low_w, scale, step, normal, right
     )
-    return upper, lower
+    for a in range(9):
+        cost += prior_weight[a] * (p[a] - prior_mean[a]) ** 2
+    lam = 1e-3
+    for _ in range(iterations):
+        system, target = np.empty((m, m)), np.empty(m)
+        for a in range(m):
+            fa = free[a]
+            target[a] = right[fa] + scale * scale * prior_weight[fa] * (prior_mean[fa] - p[fa])
+            for b in range(m):
+                system[a, b] = normal[fa, free[b]]
+            system[a, a] += scale * scale * prior_weight[fa]
+        improved = False
+        for _try in range(6):
+            damped = system.copy()
+            for a in range(m):
+                damped[a, a] += lam * system[a, a] + 1e-12
+            delta = np.linalg.solve(damped, target)
+            trial = p.copy()
+            for a in range(m):
+                trial[free[a]] += delta[a]
+            # About a coiled line, whose torsion twists it already, strands may turn backwards.
+            low = -0.9 * trial[6] / np.sqrt(1.0 + (trial[5] * trial[6]) ** 2)
+            ok = trial[0] > 0.3 and trial[5] >= 0.0 and trial[1] > (low if trial[5] > 0.0 else 0.0)
+            if ok:
+                new_normal, new_right = np.empty((9, 9)), np.empty(9)
+                new_cost, new_total = _normal_equations(
+                    trial,
+                    site_radius,
+                    site_angle,
+                    z0,
+                    up_obs,
+                    low_obs,
+                    up_w,
+                    low_w,
+                    scale,
+                    step,
+                    new_normal,
+                    new_right,
+                )
+                for a in range(9):
+                    new_cost += prior_weight[a] * (trial[a] - prior_mean[a]) ** 2
+                if new_cost < cost:
+                    gain = cost - new_cost
+                    p, cost, total = trial, new_cost, new_total
+                    normal[:], right[:] = new_normal, new_right
+                    lam = max(lam * 0.3, 1e-7)
+                    improved = True
+                    break
+            lam *= 6.0
+        if not improved or gain < 1e-6 * cost:
+            break
+    normal_out[:] = normal
+    return p, cost, total

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tsvision.measures.bundle import BundleFit
-from tsvision.measures.helix import KC, RC, Edges, K
+from tsvision.measures.helix import Edges
+from tsvision.measures.silhouette import KC, RC, K
 from tsvision.measures.spectrum import spectrum
 
 TIGHTEST, WIDEST = 0.8, 2.5  # pitches of a knot's coils, in D

@@ -17,11 +17,11 @@ from tsvision.measures.cut import Cut, cut_frame, find_edges, learn_shading
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.gap import Gap, gap_from_legs
 from tsvision.measures.handedness import slope_between
-from tsvision.measures.helix import Section
 from tsvision.measures.legs import Face, face_from_legs
 from tsvision.measures.section import pair_core
 from tsvision.measures.settle import EdgeLook, settle
 from tsvision.measures.shading import Shading, plain_shading
+from tsvision.measures.silhouette import Section
 from tsvision.records import Rig, Scale
 
 SAMPLED_FRAMES = 8

@@ -10,10 +10,11 @@ import numpy as np
 from tsvision.measures.along import mm_along
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.envelope import middle_swing, unevenness_of
-from tsvision.measures.helix import KC, RC, Edges
+from tsvision.measures.helix import Edges
 from tsvision.measures.knots import Outline, baseline_along_px, in_mm, knots_along
 from tsvision.measures.line import line_through
 from tsvision.measures.looks import Looks
+from tsvision.measures.silhouette import KC, RC
 from tsvision.records import FrameRow, KnotSighting, Profile
 
 NAN = float("nan")

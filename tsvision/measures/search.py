@@ -14,7 +14,9 @@ import numba
 import numpy as np
 from scipy.ndimage import minimum_filter
 
-from tsvision.measures.helix import (
+from tsvision.measures.helix import Edges, HelixFit, descend, fit_helix
+from tsvision.measures.line import line_through
+from tsvision.measures.silhouette import (
     COILED,
     KC,
     PHI,
@@ -24,15 +26,10 @@ from tsvision.measures.helix import (
     SLOPE,
     STRAIGHT,
     Y0,
-    Edges,
-    HelixFit,
     K,
     Section,
-    descend,
-    fit_helix,
     silhouette,
 )
-from tsvision.measures.line import line_through
 from tsvision.measures.spectrum import spectrum
 
 _FREE_STRAIGHT = tuple(i for i in STRAIGHT if i < 8)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.measures.helix import Section
+from tsvision.measures.silhouette import Section
 
 _H = np.sqrt(3.0) / 2.0
 # The hexagonal lattice around the midpoint of a core pair, in the order in which it fills.

@@ -14,8 +14,9 @@ import numpy as np
 from scipy.stats import t as student_t
 
 from tsvision.measures.bundle import BundleFit, usable
-from tsvision.measures.helix import COILED, STRAIGHT, Edges, HelixFit, fit_helix
+from tsvision.measures.helix import Edges, HelixFit, fit_helix
 from tsvision.measures.shading import PLACE_RANGE_PX
+from tsvision.measures.silhouette import COILED, STRAIGHT
 from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR
 
 SHARE = 0.035  # of D: how far strands that are not rigid circles lead astray

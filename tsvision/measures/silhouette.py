@@ -1,0 +1,227 @@
+"""The silhouette of twisted strands in projection, and its derivatives.
+
+A bundle of N round strands on a fixed section turns about its own centre line, and that line may
+itself coil about the zone's axis (helix of helix). A tube's silhouette in projection is the
+envelope of discs along its projected centre line; the bundle's is the outermost of all strands.
+Both edges and their derivatives come from the same contact points: at a maximum the contact point
+may be held fixed while a parameter changes (envelope theorem), so that the Jacobian costs little
+more than the silhouette.
+
+Parameters, in px and rad, z running along the axis from the middle of the window:
+  rho    strand radius; strand centres lie at a_i = 2 rho * site radius (sites in units of d)
+  k, phi strand rate and phase about the bundle's centre line (relative to the line's own frame)
+  y0, m  offset and slope of the axis
+  rc, kc, phic  radius, rate and phase of the coiling; rc = 0 for a straight bundle
+  edge   how far both measured edges lie outside the true ones
+Relative signs of k and kc are taken as equal: the bundle coils in the sense in which it is twisted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numba
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE = range(9)
+PARAMETERS = 9
+STRAIGHT = (RHO, K, PHI, Y0, SLOPE, EDGE)
+COILED = (RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE)
+
+
+@dataclass(frozen=True)
+class Section:
+    """Strand centres: radius in units of d and angle in rad, both (N,)."""
+
+    name: str
+    radius_d: np.ndarray
+    angle_rad: np.ndarray
+
+    @property
+    def diameter_d(self) -> float:
+        """Outer diameter in units of d."""
+        return 1.0 + 2.0 * float(self.radius_d.max())
+
+    @cached_property
+    def outer(self) -> tuple[np.ndarray, np.ndarray]:
+        """Radius and angle of the strands that ever reach the outline: the corners of the sites'
+        convex hull, for all discs are of one size. Four of the pair core's eight."""
+        points = np.stack(
+            [self.radius_d * np.cos(self.angle_rad), self.radius_d * np.sin(self.angle_rad)], 1
+        )
+        if len(points) < 4:
+            return self.radius_d, self.angle_rad
+        turns = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False) + 1e-4
+        support = points @ np.stack([np.cos(turns), np.sin(turns)])
+        corners = np.unique(support.argmax(axis=0))
+        return self.radius_d[corners], self.angle_rad[corners]
+
+    def variants(self) -> tuple[Section, ...]:
+        """The section and its mirror image, where that is another section whichever way it is
+        turned (N = 5, 6, 7 of the pair core): which of the two twisted up nobody knows, and seen
+        from the side a right-handed bundle of one looks like a left-handed one of the other."""
+        points = self.radius_d * np.exp(1j * self.angle_rad)
+        mirrored = points.conj()
+        for turn in np.angle(mirrored[:, None] / np.where(points == 0, 1, points)[None, :]).ravel():
+            turned = points * np.exp(1j * turn)
+            if np.abs(turned[:, None] - mirrored[None, :]).min(axis=1).max() < 1e-6:
+                return (self,)
+        return self, Section(f"{self.name}_mirrored", self.radius_d, -self.angle_rad)
+
+
+@numba.njit(cache=True, fastmath=True, inline="always")
+def _point(z, a, p, kappa, q, cp, sp, ct, st):  # pragma: no cover - compiled
+    """Projected strand centre (s, y) and its derivative along z; cosines and sines of the strand's
+    angle psi and the coil's theta there."""
+    s = z + a * sp * kappa / q
+    y = p[5] * ct - a * cp * ct + a * sp * st / q
+    y_theta = -p[5] * st + a * cp * st + a * sp * ct / q
+    y_psi = a * sp * ct + a * cp * st / q
+    s_psi = a * cp * kappa / q
+    rate = p[6] if p[5] > 0.0 else 0.0
+    return s, y, 1.0 + p[1] * s_psi, rate * y_theta + p[1] * y_psi
+
+
+@numba.njit(cache=True, fastmath=True)
+def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at_lower, step):
+    # pragma: no cover - compiled
+    """Fill upper, lower (count,) at z0, z0 + 1, ...; at_* (count, 2) gets contact z and strand."""
+    rho = p[0]
+    for c in range(count):
+        upper[c] = -1e30
+        lower[c] = 1e30
+    reach = rho + 2.0 * step
+    for i in range(site_radius.size):
+        reach = max(reach, rho + 2.0 * rho * site_radius[i] + 2.0 * step)
+    samples = int((count + 2.0 * reach) / step) + 2
+    kappa = p[5] * p[6]
+    q = np.sqrt(1.0 + kappa * kappa)
+    theta = p[6] * (z0 - reach) + p[7] if p[5] > 0.0 else 0.0
+    turn = p[6] * step if p[5] > 0.0 else 0.0
+    # One step turns both angles by the same: products instead of four cosines and sines a sample.
+    cos_k, sin_k, cos_t, sin_t = (
+        np.cos(p[1] * step),
+        np.sin(p[1] * step),
+        np.cos(turn),
+        np.sin(turn),
+    )
+    for i in range(site_radius.size):
+        a = 2.0 * rho * site_radius[i]
+        have = False
+        psi = p[1] * (z0 - reach) + p[2] + site_angle[i]
+        cp, sp, ct, st = np.cos(psi), np.sin(psi), np.cos(theta), np.sin(theta)
+        xu0 = yu0 = xl0 = yl0 = zp = 0.0
+        for j in range(samples):
+            z = z0 - reach + j * step
+            s, y, ds, dy = _point(z, a, p, kappa, q, cp, sp, ct, st)
+            cp, sp = cp * cos_k - sp * sin_k, sp * cos_k + cp * sin_k
+            ct, st = ct * cos_t - st * sin_t, st * cos_t + ct * sin_t
+            length = np.sqrt(ds * ds + dy * dy) + 1e-12
+            nx, ny = -dy / length, ds / length
+            if ny < 0.0:
+                nx, ny = -nx, -ny
+            xu, yu = s + rho * nx, y + rho * ny
+            xl, yl = s - rho * nx, y - rho * ny
+            if have:
+                lo, hi = (xu0, xu) if xu0 <= xu else (xu, xu0)
+                if hi - lo < 4.0 * rho:
+                    c0 = max(int(np.ceil(lo - z0)), 0)
+                    c1 = min(int(np.floor(hi - z0)), count - 1)
+                    for c in range(c0, c1 + 1):
+                        w = (c + z0 - xu0) / (xu - xu0) if xu != xu0 else 0.5
+                        v = yu0 + w * (yu - yu0)
+                        if v > upper[c]:
+                            upper[c] = v
+                            at_upper[c, 0] = zp + w * step
+                            at_upper[c, 1] = i
+                lo, hi = (xl0, xl) if xl0 <= xl else (xl, xl0)
+                if hi - lo < 4.0 * rho:
+                    c0 = max(int(np.ceil(lo - z0)), 0)
+                    c1 = min(int(np.floor(hi - z0)), count - 1)
+                    for c in range(c0, c1 + 1):
+                        w = (c + z0 - xl0) / (xl - xl0) if xl != xl0 else 0.5
+                        v = yl0 + w * (yl - yl0)
+                        if v < lower[c]:
+                            lower[c] = v
+                            at_lower[c, 0] = zp + w * step
+                            at_lower[c, 1] = i
+            xu0, yu0, xl0, yl0, zp, have = xu, yu, xl, yl, z, True
+    for c in range(count):
+        line = p[3] + p[4] * (c + z0)
+        upper[c] += line + p[8]
+        lower[c] += line - p[8]
+
+
+@numba.njit(cache=True, fastmath=True)
+def gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cover - compiled
+    """d edge(x) / d p at contact z on strand i; sense +1 upper, -1 lower. out (9,)."""
+    rho = p[0]
+    a = 2.0 * rho * site_radius[i]
+    kappa = p[5] * p[6]
+    q = np.sqrt(1.0 + kappa * kappa)
+    psi = p[1] * z + p[2] + site_angle[i]
+    cp, sp = np.cos(psi), np.sin(psi)
+    if p[5] > 0.0:
+        theta = p[6] * z + p[7]
+        ct, st = np.cos(theta), np.sin(theta)
+    else:
+        ct, st = 1.0, 0.0
+    s = z + a * sp * kappa / q
+    u = x - s
+    root = np.sqrt(max(rho * rho - u * u, 0.04 * rho * rho))
+    g = sense * u / root  # d edge / d s of the centre
+    y_theta = -p[5] * st + a * cp * st + a * sp * ct / q
+    y_psi = a * sp * ct + a * cp * st / q
+    s_psi = a * cp * kappa / q
+    y_a = -cp * ct + sp * st / q
+    s_a = sp * kappa / q
+    q3 = q * q * q
+    y_kappa = -a * sp * st * kappa / q3
+    s_kappa = a * sp / q3
+    out[0] = sense * rho / root + 2.0 * site_radius[i] * (y_a + g * s_a)
+    d_psi = y_psi + g * s_psi
+    out[1] = z * d_psi
+    out[2] = d_psi
+    out[3] = 1.0
+    out[4] = x
+    d_kappa = y_kappa + g * s_kappa
+    out[5] = ct + d_kappa * p[6]
+    out[6] = z * y_theta + d_kappa * p[5]
+    out[7] = y_theta
+    out[8] = sense
+
+
+def rounded_off(
+    p: np.ndarray, section: Section, z0: float, count: int, blur_px: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """By how much (count,) blur moves the upper and the lower edge at z0, z0 + 1, ...: a blurred
+    outline's half level runs, to first order in its slope, where the outline itself smoothed along
+    the axis does, inside of crests and outside of notches."""
+    beyond = int(np.ceil(3.0 * blur_px))
+    sharp = model_edges(p, section, z0 - beyond, count + 2 * beyond)
+    inside = slice(beyond, beyond + count)
+    up, low = ((gaussian_filter1d(e, blur_px, truncate=3.0) - e)[inside] for e in sharp)
+    return up, low
+
+
+def model_edges(
+    p: np.ndarray, section: Section, z0: float, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Upper and lower edge (count,) at z0, z0 + 1, ..."""
+    upper, lower = np.empty(count), np.empty(count)
+    at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
+    step = max(0.25, min(0.6, 0.08 * float(p[RHO])))
+    silhouette(
+        np.asarray(p, dtype=float),
+        *section.outer,
+        float(z0),
+        count,
+        upper,
+        lower,
+        at_u,
+        at_l,
+        step,
+    )
+    return upper, lower
