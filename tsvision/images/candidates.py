@@ -8,8 +8,7 @@ import cv2
 import numpy as np
 
 from tsvision.images.axis import Ridge, find_ridges
-from tsvision.images.contrast import core_of, find_signal
-from tsvision.images.linear import LUMA_BGR
+from tsvision.images.contrast import core_of, find_signal, told_by_colour
 from tsvision.images.masks import leg_columns, masks_of, refine, single_columns
 from tsvision.images.strip import Axis, cut_strip, straight_axis
 
@@ -48,7 +47,7 @@ def settle(linears: list[np.ndarray], axis: Axis, width: float, turns: int = 3) 
             support = sum(support_of(m, half, width) for m in masks) / len(masks)
             support *= _liveliness(masks, half, width) * (1.0 - shadow.soft)
             support *= float(np.nan_to_num(np.clip(separation / APART, 0.05, 1.0), nan=1.0))
-            by_light = not by_distance and np.array_equal(weights, LUMA_BGR)
+            by_light = not told_by_colour(weights, by_distance)
             darker = by_light and core_of(strips, weights, width) < 0.0
         axis, width = refine(axis, masks, half, width)
     return Trial(axis, width, support, bool(darker))

@@ -88,6 +88,11 @@ def _near_median(samples: np.ndarray) -> np.ndarray:
     return distance <= 2.5 * np.median(distance) + 1e-9
 
 
+def told_by_colour(weights: np.ndarray, by_distance: bool) -> bool:
+    """Whether strings stand out in a hue, or across the ground's, and not by luma."""
+    return by_distance or not np.array_equal(weights, LUMA_BGR)
+
+
 def raw_contrast(
     values: np.ndarray, weights: np.ndarray, by_distance: bool, inner_px: float
 ) -> np.ndarray:

@@ -8,8 +8,7 @@ import cv2
 import numba
 import numpy as np
 
-from tsvision.images.contrast import ROUGH, scaled_contrast
-from tsvision.images.linear import LUMA_BGR
+from tsvision.images.contrast import ROUGH, scaled_contrast, told_by_colour
 from tsvision.images.shadow import DARKENS, DEEPEST, NO_SHADOW, Shadow, find_shadow
 from tsvision.images.strip import Axis, Strip, straight_axis
 
@@ -51,7 +50,7 @@ def masks_of(
     scaled = [scaled_contrast(s, weights, width, by_distance, rough) for s in strips]
     least = [mask_level(c, 1.3 * width) for c, _ in scaled]
     # Strands of several colours stand out by several amounts: only what is soft far down may go.
-    by_colour = by_distance or not np.array_equal(weights, LUMA_BGR)
+    by_colour = told_by_colour(weights, by_distance)
     deepest = (DEEPEST_CHROMA if by_distance else DEEPEST) / (ROUGH if rough else 1.0)
     shadows = [
         find_shadow(c, 1.3 * width, low, deepest) if by_colour or black > DARKENS else NO_SHADOW

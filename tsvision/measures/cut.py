@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from tsvision.images.contrast import raw_contrast
+from tsvision.images.contrast import raw_contrast, told_by_colour
 from tsvision.images.ground import nan_median
-from tsvision.images.linear import LUMA_BGR, project, to_linear
+from tsvision.images.linear import project, to_linear
 from tsvision.images.masks import mask_level
 from tsvision.images.sight import Sight
 from tsvision.images.strip import Axis, cut_strip
@@ -97,7 +97,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         abs(ground_noise / level),
         saturated,
         dim,
-        sight.by_distance or not np.array_equal(sight.weights, LUMA_BGR),
+        told_by_colour(sight.weights, sight.by_distance),
     )
 
 
@@ -230,8 +230,7 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
             edge, weight = np.where(is_dim, further, edge), np.where(is_dim, well, weight)
         found.append((np.where(weight > 0, edge - cut.half_px, 0.0), weight))
     (upper, upper_weight), (lower, lower_weight) = found
-    # Colour is coded in blocks: what smears it along the axis is not what a mean edge shows of it
-    # (0.5 to 4 px on films of equal luma where 1.4 px is read).
+    # Colour is coded in blocks: what smears it along the axis is not what a mean edge shows of it.
     blur_px = 0.0 if cut.in_colour else shading[0].blur_px
     return Edges(cut.s_px, upper, lower, upper_weight, lower_weight, blur_px=blur_px)
 
