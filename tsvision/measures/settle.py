@@ -85,7 +85,13 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> Edg
     bright = brightness_of([f.cut for f in fits])
     each = [(f.edges, f.bundle) for f in fits]
     upper, lower, places_px = fit_shading(
-        mean, rho, sense, look.shading[0].blur_px, bright, shape_of(each)
+        mean,
+        rho,
+        sense,
+        look.shading[0].blur_px,
+        bright,
+        shape_of(each),
+        grooved=not fits[0].cut.in_colour,
     )
     moved_px = float(np.abs(places_px).max())
     return EdgeLook((upper, lower), diameter, trust_of(each), steady, moved_px)

@@ -36,6 +36,7 @@ FLOOR_GROWTH = 20.0  # ... growing inwards, where neighbours shade and gleam
 REWEIGHED, REWEIGHED_BINS = 2, 9  # times, over this stretch of a profile
 RIVAL = 1.5  # times the best cost
 WIDTH_PX = 0.02  # by which a width may be off
+RESOLVED = 3.0  # blurs in a strand's radius: of a thinner one no groove is told from the limb
 LAMP_POWER = 4  # of the two misfits' ratio: the better description counts more
 
 
@@ -46,13 +47,15 @@ def fit_shading(
     blur_start_px: float = 1.0,
     brightness: float = 1.0,
     shape: Shape = UNKNOWN,
+    grooved: bool = True,
 ) -> tuple[Shading, Shading, np.ndarray]:
     """Fit both sides' mean edge profiles (upper, lower) with one blur and nearly the same lamps.
 
     Signals in units of the core's contrast, > 0 inside. sense: +1 strings brighter than the
     ground, -1 darker: there light reduces the contrast. brightness: the core's light over its
     contrast; dark strings before a bright ground send little light, however it falls. shape: what
-    the outline's shape tells of both edges' places together. Returns upper and lower shading and
+    the outline's shape tells of both edges' places together. grooved: whether neighbours may take
+    light from a strand; they take no hue. Returns upper and lower shading and
     (2,) the true edges' places on the profiles' axis (negative: outside the edge assumed).
     """
     system = _System(profiles, rho_px, sense, brightness)
@@ -76,7 +79,8 @@ def fit_shading(
     apart = [abs(float((f.x - fit.x)[1:].sum())) for f in fits if f.cost < RIVAL * fit.cost + 1.0]
     q = fit.x
     if sense > 0:
-        lamp = fit_lamp(profiles, system.floor, rho_px, float(q[0]))
+        resolved = rho_px > RESOLVED * q[0]
+        lamp = fit_lamp(profiles, system.floor, rho_px, float(q[0]), grooved and resolved)
         spread = system.misfit(q)
         share = 1.0 / (1.0 + (lamp.misfit / max(spread, 1e-12)) ** LAMP_POWER)
         apart.append(abs(float((lamp.places_px - q[1:]).sum())))

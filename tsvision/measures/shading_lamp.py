@@ -1,10 +1,14 @@
-"""The edge of a strand lit by one lamp and by light from all around: five numbers a pair of edges.
+"""The edge of a strand lit by one lamp and by light from all around: few numbers a pair of edges.
 
 In units of the core's contrast, t px inside the edge, sin phi = x = 1 - t / rho,
 
-    I(t) = ground + ambient + w max(0, cos(phi - theta)),
+    I(t) = ground + ambient + w max(0, cos(phi - theta)) - g h(t),
 
 with theta and w common to both edges (the lamp of one limb's side is at -theta from the other's).
+
+The limb lies open, but further in a strand faces its neighbours: the groove between them takes
+light away, h(t) = max(0, t / rho - GROOVE_FROM)^2. Without it what falls off inwards passes for
+light from the side, and the edge of so bright a limb is sought too far in.
 """
 
 from __future__ import annotations
@@ -22,6 +26,7 @@ from tsvision.measures.shading import (
     light_shapes,
 )
 
+GROOVE_FROM = 0.1  # of the radius: how far in the neighbours begin to take light away
 STARTS_RAD = np.deg2rad([-45.0, 0.0, 45.0])
 FURTHEST_RAD = 1.6
 
@@ -42,12 +47,13 @@ def fit_lamp(
     sd: tuple[np.ndarray, ...],
     rho_px: float,
     blur_start_px: float,
+    grooved: bool = True,
 ) -> Lamp:
     """Fit the mean profiles (upper, lower) of strands brighter than their ground, each value with
-    its sd (K,)."""
+    its sd (K,). grooved: whether there may be a groove."""
 
     def off(q: np.ndarray) -> np.ndarray:
-        return _residuals(profiles, sd, rho_px, q)
+        return _residuals(profiles, sd, rho_px, grooved, q)
 
     ranges = (BLUR_RANGE_PX, PLACE_RANGE_PX, PLACE_RANGE_PX, (-FURTHEST_RAD, FURTHEST_RAD))
     fits = [
@@ -69,19 +75,25 @@ def _residuals(
     profiles: tuple[EdgeProfile, EdgeProfile],
     sd: tuple[np.ndarray, ...],
     rho_px: float,
+    grooved: bool,
     q: np.ndarray,
 ) -> np.ndarray:
     """For q = (blur, both places, theta): of both profiles, light by least squares."""
     target = np.concatenate([p.value / s for p, s in zip(profiles, sd, strict=True)])
-    design = np.zeros((target.size, 7))  # the lamp; ambient and the ground's error of each side
+    # the lamp; ambient, the ground's error and the groove of each side
+    design = np.zeros((target.size, 1 + 2 * 4))
     first = 0
     for side, (p, s) in enumerate(zip(profiles, sd, strict=True)):
         theta = q[3] if side == 0 else -q[3]
         shapes = light_shapes(rho_px, float(q[0]), np.array([theta]))
         around, lit = (np.interp(p.t_px - q[1 + side], TEMPLATE_GRID_PX, shape) for shape in shapes)
         rows = slice(first, first + p.t_px.size)
-        design[rows, 0], design[rows, 1 + 3 * side] = lit / s, around / s
-        design[rows, 2 + 3 * side], design[rows, 3 + 3 * side] = 1.0 / s, -1.0 / s
+        shaded = np.maximum((p.t_px - q[1 + side]) / rho_px - GROOVE_FROM, 0.0) ** 2
+        own = np.stack(
+            [around, np.ones_like(lit), -np.ones_like(lit), -shaded * float(grooved)], axis=1
+        )
+        design[rows, 0] = lit / s
+        design[rows, 1 + 4 * side : 5 + 4 * side] = own / s[:, None]
         first += p.t_px.size
     light, _ = nnls(design, target)
     return np.asarray(design @ light - target)
