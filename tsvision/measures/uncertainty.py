@@ -20,6 +20,13 @@ EDGE_MODEL_FACTOR = 1.6
 # about seven blurs it hides more, as the blur over the radius.
 BLUR_SHARE = 0.15
 CORRELATION_SHARE = 0.5  # residuals stay alike over about half a strand diameter
+# In a bend the strands of its inner side crowd, and the section that was fitted opens: more than
+# two strands come out thin and short of pitch by such shares (own renderer, whose strands touch).
+BENT_DIAMETER, BENT_PITCH = 0.025, 0.02
+
+
+def _bent(fit: HelixFit) -> bool:
+    return fit.coiled and fit.section.radius_d.size > 2
 
 
 def _widening(fit: HelixFit) -> float:
@@ -36,14 +43,16 @@ def edge_model_sd_px(shading: tuple[Shading, Shading]) -> float:
 
 def diameter_sd_px(fit: HelixFit, shading: tuple[Shading, Shading]) -> float:
     """Standard uncertainty of D in px."""
-    return float(np.hypot(fit.diameter_px_sd * np.sqrt(_widening(fit)), edge_model_sd_px(shading)))
+    own = float(np.hypot(fit.diameter_px_sd * np.sqrt(_widening(fit)), edge_model_sd_px(shading)))
+    return float(np.hypot(own, BENT_DIAMETER * fit.diameter_px)) if _bent(fit) else own
 
 
 def pitch_sd_px(fit: HelixFit) -> float:
     """Standard uncertainty of the pitch in px."""
     _, covariance = fit.derived()
     own = float(np.sqrt(max(covariance[1, 1], 0.0) * _widening(fit)))
-    return float(np.hypot(own, 0.001 * fit.pitch_px))
+    model = BENT_PITCH if _bent(fit) else 0.001
+    return float(np.hypot(own, model * fit.pitch_px))
 
 
 def angle_sd(diameter: float, diameter_sd: float, pitch: float, pitch_sd: float) -> float:
