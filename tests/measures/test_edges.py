@@ -115,8 +115,8 @@ def test_neighbours_that_take_light_do_not_move_the_edge(rho_px: float, angle_de
         )
         for sign in (1.0, -1.0)
     ]
-    *_, place = fit_shading((sides[0], sides[1]), rho_px)
-    *_, ungrooved = fit_shading((sides[0], sides[1]), rho_px, grooved=False)
+    *_, place = fit_shading((sides[0], sides[1]), rho_px, grooved=True)
+    *_, ungrooved = fit_shading((sides[0], sides[1]), rho_px)
     assert abs(float(place.sum())) < 0.08
     assert float(ungrooved.sum()) > float(place.sum()) + 0.08
 

@@ -195,13 +195,7 @@ def learn_shading(cuts: list[Cut], rho_px: float, sense: int) -> tuple[Shading, 
     profiles = edge_profiles(cuts, rho_px)
     if profiles is None:
         return None
-    upper, lower, _ = fit_shading(
-        profiles,
-        rho_px,
-        sense,
-        brightness=brightness_of(cuts),
-        grooved=not cuts[0].in_colour,
-    )
+    upper, lower, _ = fit_shading(profiles, rho_px, sense, brightness=brightness_of(cuts))
     return upper, lower
 
 

@@ -47,7 +47,7 @@ def fit_shading(
     blur_start_px: float = 1.0,
     brightness: float = 1.0,
     shape: Shape = UNKNOWN,
-    grooved: bool = True,
+    grooved: bool = False,
 ) -> tuple[Shading, Shading, np.ndarray]:
     """Fit both sides' mean edge profiles (upper, lower) with one blur and nearly the same lamps.
 
@@ -55,7 +55,7 @@ def fit_shading(
     ground, -1 darker: there light reduces the contrast. brightness: the core's light over its
     contrast; dark strings before a bright ground send little light, however it falls. shape: what
     the outline's shape tells of both edges' places together. grooved: whether neighbours may take
-    light from a strand; they take no hue. Returns upper and lower shading and
+    light from a strand: more than two strands, and no hue. Returns upper and lower shading and
     (2,) the true edges' places on the profiles' axis (negative: outside the edge assumed).
     """
     system = _System(profiles, rho_px, sense, brightness)

@@ -27,6 +27,7 @@ from tsvision.measures.shading import (
 )
 
 GROOVE_FROM = 0.1  # of the radius: how far in the neighbours begin to take light away
+GROOVED_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb and more are dark
 STARTS_RAD = np.deg2rad([-45.0, 0.0, 45.0])
 FURTHEST_RAD = 1.6
 
@@ -47,11 +48,25 @@ def fit_lamp(
     sd: tuple[np.ndarray, ...],
     rho_px: float,
     blur_start_px: float,
-    grooved: bool = True,
+    grooved: bool = False,
 ) -> Lamp:
     """Fit the mean profiles (upper, lower) of strands brighter than their ground, each value with
-    its sd (K,). grooved: whether there may be a groove."""
+    its sd (K,). grooved: whether there may be a groove; where the lamp leaves one limb dark, none
+    is told from where its light ends."""
+    if grooved:
+        lamp = _fit(profiles, sd, rho_px, blur_start_px, True)
+        if abs(lamp.theta_rad) < GROOVED_RAD:
+            return lamp
+    return _fit(profiles, sd, rho_px, blur_start_px, False)
 
+
+def _fit(
+    profiles: tuple[EdgeProfile, EdgeProfile],
+    sd: tuple[np.ndarray, ...],
+    rho_px: float,
+    blur_start_px: float,
+    grooved: bool,
+) -> Lamp:
     def off(q: np.ndarray) -> np.ndarray:
         return _residuals(profiles, sd, rho_px, grooved, q)
 
