@@ -36,7 +36,6 @@ FLOOR_GROWTH = 20.0  # ... growing inwards, where neighbours shade and gleam
 REWEIGHED, REWEIGHED_BINS = 2, 9  # times, over this stretch of a profile
 RIVAL = 1.5  # times the best cost
 WIDTH_PX = 0.02  # by which a width may be off
-RESOLVED = 3.0  # blurs in a strand's radius: of a thinner one no groove is told from the limb
 LAMP_POWER = 4  # of the two misfits' ratio: the better description counts more
 
 
@@ -55,8 +54,8 @@ def fit_shading(
     ground, -1 darker: there light reduces the contrast. brightness: the core's light over its
     contrast; dark strings before a bright ground send little light, however it falls. shape: what
     the outline's shape tells of both edges' places together. grooved: whether neighbours may take
-    light from a strand: more than two strands, and no hue. Returns upper and lower shading and
-    (2,) the true edges' places on the profiles' axis (negative: outside the edge assumed).
+    light from a strand: more than two strands, and no hue. Returns upper and lower shading and (2,)
+    the true edges' places on the profiles' axis (negative: outside the edge assumed).
     """
     system = _System(profiles, rho_px, sense, brightness)
     blur = float(np.clip(blur_start_px, 0.4, 5.5))
@@ -79,8 +78,7 @@ def fit_shading(
     apart = [abs(float((f.x - fit.x)[1:].sum())) for f in fits if f.cost < RIVAL * fit.cost + 1.0]
     q = fit.x
     if sense > 0:
-        resolved = rho_px > RESOLVED * q[0]
-        lamp = fit_lamp(profiles, system.floor, rho_px, float(q[0]), grooved and resolved)
+        lamp = fit_lamp(profiles, system.floor, rho_px, float(q[0]), grooved)
         spread = system.misfit(q)
         share = 1.0 / (1.0 + (lamp.misfit / max(spread, 1e-12)) ** LAMP_POWER)
         apart.append(abs(float((lamp.places_px - q[1:]).sum())))

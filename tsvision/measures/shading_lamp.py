@@ -27,6 +27,7 @@ from tsvision.measures.shading import (
 )
 
 GROOVE_FROM = 0.1  # of the radius: how far in the neighbours begin to take light away
+RESOLVED = 3.0  # blurs in a strand's radius: of a thinner one no groove is told from the limb
 GROOVED_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb and more are dark
 STARTS_RAD = np.deg2rad([-45.0, 0.0, 45.0])
 FURTHEST_RAD = 1.6
@@ -53,7 +54,7 @@ def fit_lamp(
     """Fit the mean profiles (upper, lower) of strands brighter than their ground, each value with
     its sd (K,). grooved: whether there may be a groove; where the lamp leaves one limb dark, none
     is told from where its light ends."""
-    if grooved:
+    if grooved and rho_px > RESOLVED * blur_start_px:
         lamp = _fit(profiles, sd, rho_px, blur_start_px, True)
         if abs(lamp.theta_rad) < GROOVED_RAD:
             return lamp
