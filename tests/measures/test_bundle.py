@@ -11,10 +11,10 @@ from scipy.ndimage import gaussian_filter1d
 from tsvision.measures.bundle import BundleFit, fit_window
 from tsvision.measures.fits import _better
 from tsvision.measures.helix import Edges
-from tsvision.measures.search import POOR
 from tsvision.measures.section import pair_core
 from tsvision.measures.shape import trust_of
 from tsvision.measures.silhouette import KC, PHI, PHIC, RC, RHO, K, model_edges
+from tsvision.measures.weigh import POOR
 
 DIAMETER_PX = 30.0
 NAN = float("nan")

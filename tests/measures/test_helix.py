@@ -110,8 +110,8 @@ def test_the_gradient_is_that_of_finite_differences(strings: int, p: np.ndarray)
         up = upper + (1.0 if side == 0 else 0.0)
         low = lower + (1.0 if side == 1 else 0.0)
         normal, right = np.empty((9, 9)), np.empty(9)
-        _normal_equations(p, section.radius_d, section.angle_rad, z0, up, low, ones, ones, 1e4,
-                          0.35, normal, right)  # fmt: skip
+        _normal_equations(p, section.radius_d, section.angle_rad, z0, up, low, ones, ones, ones,
+                          ones, 1e4, 0.35, normal, right)  # fmt: skip
         return float(right[index])
 
     for index in free:

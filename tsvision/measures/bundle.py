@@ -6,19 +6,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsvision.measures.helix import Edges, HelixFit
+from tsvision.measures.band import Band, full_band
+from tsvision.measures.branches import best_branch
+from tsvision.measures.helix import Edges, HelixFit, with_relief
 from tsvision.measures.line import line_through
 from tsvision.measures.search import (
-    POOR,
-    Band,
     coil_at,
     coils_of,
-    doubt,
-    full_band,
     search_coiled,
     search_straight,
 )
 from tsvision.measures.silhouette import KC, K, Section
+from tsvision.measures.weigh import believed, weighed
 
 NAN = float("nan")
 SWINGS = 0.03  # rms of the middle line over D from which a coil is tried, ...
@@ -70,6 +69,8 @@ def fit_window(
     swing = swing_px(part) / diameter_px if coil else 0.0
     if swing < SWINGS:  # along a straight bundle a dark limb's light ends equally far in throughout
         part = replace(part, trust=(1.0, 1.0))
+    else:
+        part = replace(part, by_normal=True)
     best = None
     if before is not None and (coil or not before.fit.coiled):
         best = _carried_on(part, before, expected_rate, scale_px)
@@ -89,7 +90,7 @@ def fit_window(
                 long_enough,
                 before is not None,
             )
-            poor = before is None and best is not None and best.cost > POOR
+            poor = before is None and best is not None and not believed(best)
             if best is not None and not (poor and np.isfinite(expected_rate)):
                 break
     if best is None:
@@ -115,16 +116,18 @@ def _searched(
         band = full_band(part, diameter_px, expected_rate)
         for variant in variants:
             straight = search_straight(part, variant, diameter_px, band, scale_px)
-            best = _choose(best, straight, expected_rate)
+            best = _choose(part, best, straight, expected_rate)
     if not coil or (swing < SWINGS and best is not None and best.cost < 0.2):
         return best
     for coils in coils_of(part, diameter_px):
         bands = [full_band(part, diameter_px, expected_rate, c) for c in coils]
         for variant in variants:
             coiled = search_coiled(part, variant, diameter_px, bands, coils, scale_px)
-            best = _choose(best, coiled, expected_rate)
+            if coiled is not None:
+                coiled = best_branch(part, coiled, bands[0], scale_px)
+            best = _choose(part, best, coiled, expected_rate)
         # Which coil it is was settled when the bundle was first seen.
-        if best is not None and best.coiled and (carried or best.cost < POOR):
+        if best is not None and best.coiled and (carried or believed(best)):
             break
     return best
 
@@ -151,7 +154,9 @@ def _holds(warm: HelixFit | None, before: BundleFit | None) -> bool:
     """Whether a fit carried over from the frame before is good, and as good as that one was."""
     if warm is None or before is None:
         return False
-    if warm.cost < POOR:
+    if 1.0 - warm.relief > 1.3 * (1.0 - before.fit.relief) + 0.1:
+        return False
+    if believed(warm):
         return warm.cost < 1.3 * before.fit.cost + 0.03
     # No good fit, but as good as the last full search's: that is not repeated every frame.
     return before.carried < POOR_FRAMES and warm.cost < 1.05 * before.fit.cost
@@ -169,11 +174,15 @@ def swing_px(edges: Edges) -> float:
     return float(np.std(centre - (constant + slope * s)))
 
 
-def _choose(a: HelixFit | None, b: HelixFit | None, expected_rate: float) -> HelixFit | None:
+def _choose(
+    part: Edges, a: HelixFit | None, b: HelixFit | None, expected_rate: float
+) -> HelixFit | None:
     """The better of two fits. The coiled model has three parameters more: it must pay for them."""
     if a is None or b is None:
         return a if b is None else b
-    cost_a, cost_b = (f.cost * doubt(f.p, expected_rate) for f in (a, b))
+    if a.coiled or b.coiled:
+        a, b = (f if f.coiled else with_relief(part, f) for f in (a, b))
+    cost_a, cost_b = (weighed(f, expected_rate) for f in (a, b))
     if a.coiled != b.coiled:
         cost_a, cost_b = (
             c * (1.0 if f.coiled else COIL_PAYS) for c, f in ((cost_a, a), (cost_b, b))

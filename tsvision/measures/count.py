@@ -12,9 +12,9 @@ import numpy as np
 from tsvision.images.sight import Sight
 from tsvision.measures.bundle import fit_window
 from tsvision.measures.cut import Cut, find_edges, learn_shading
-from tsvision.measures.search import POOR
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import plain_shading
+from tsvision.measures.weigh import POOR
 from tsvision.measures.windows import near_window
 
 COUNTS = (2, 3, 4, 5, 6, 7, 8)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from tsvision.images.contrast import raw_contrast, told_by_colour
 from tsvision.images.ground import nan_median
@@ -18,6 +17,7 @@ from tsvision.measures.dim import dim_edges
 from tsvision.measures.edges import match_edges
 from tsvision.measures.falloff import falloff_along
 from tsvision.measures.helix import Edges
+from tsvision.measures.line import slope_of
 from tsvision.measures.shading import (
     EdgeProfile,
     Shading,
@@ -27,10 +27,14 @@ from tsvision.measures.shading import (
     mean_profile,
 )
 from tsvision.measures.shading_fit import fit_shading
+from tsvision.measures.steep import match_steep
 from tsvision.measures.strands import Silhouette, outline
 
 LEAST_RISE = 0.3  # of the core's contrast, from the ground to within a strand
-FOUND_BACK_PX = 1.5  # from how far off a match comes to the edge
+FOUND_BACK_PX = 1.5  # from how far off a match comes to the edge, ...
+SEARCHED_PX = 2.5  # ... and how far it may go
+SLOPE_SD_PX = 1.5  # over which the slope of a rough edge is told
+MAYBE_STEEP = 0.7  # slope of rough edges from which the outline's own direction is looked at
 
 
 @dataclass(frozen=True)
@@ -146,16 +150,6 @@ def lit_edges(cut: Cut) -> tuple[np.ndarray, np.ndarray]:
     return out[0], out[1]
 
 
-def _slope(edge: np.ndarray) -> np.ndarray:
-    """d edge / d s of a noisy edge (M,), smoothed over a few px; 0 where unknown."""
-    known = np.isfinite(edge)
-    if known.sum() < 4:
-        return np.zeros_like(edge)
-    s = np.arange(edge.size)
-    filled = np.interp(s, s[known], edge[known])
-    return np.gradient(gaussian_filter1d(filled, 1.5))
-
-
 def edge_profiles(
     cuts: list[Cut],
     rho_px: float,
@@ -171,7 +165,7 @@ def edge_profiles(
         samples = []
         for i, cut in enumerate(cuts):
             edge = rough_edges(cut)[side] if known is None else known[i][side]
-            slope = _slope(edge)
+            slope = slope_of(edge, np.isfinite(edge), SLOPE_SD_PX)
             flat = np.isfinite(edge) & (np.abs(slope) < 0.25) & ~cut.silhouette.cut
             flat &= ~np.isfinite(cut.dim[side])
             if flat.sum() < 10:
@@ -232,7 +226,8 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
     (upper, upper_weight), (lower, lower_weight) = found
     # Colour is coded in blocks: what smears it along the axis is not what a mean edge shows of it.
     blur_px = 0.0 if cut.in_colour else shading[0].blur_px
-    return Edges(cut.s_px, upper, lower, upper_weight, lower_weight, blur_px=blur_px)
+    light = cut.light if cut.in_colour else cut.contrast
+    return Edges(cut.s_px, upper, lower, upper_weight, lower_weight, blur_px=blur_px, light=light)
 
 
 def _rising(shading: tuple[Shading, Shading]) -> tuple[Shading, Shading]:
@@ -250,10 +245,13 @@ def _matched(
     cut: Cut, rough: np.ndarray, start: np.ndarray, outward: int, shade: Shading
 ) -> tuple[np.ndarray, np.ndarray]:
     """Rows of the edges matched about rough ones, and their weights, 0 where none was."""
-    edge, depth, residual = match_edges(
-        cut.contrast, start, outward, shade, _slope(rough), limit_px=2.5
-    )
+    slope = slope_of(rough, np.isfinite(rough), SLOPE_SD_PX)
+    edge, depth, residual = match_edges(cut.contrast, start, outward, shade, slope, SEARCHED_PX)
     typical = np.nanmedian(depth) if np.isfinite(depth).any() else np.nan
+    if np.abs(slope).max() > MAYBE_STEEP:
+        steep = match_steep(cut.contrast, rough, outward, shade, SEARCHED_PX)
+        both = zip((edge, depth, residual), steep.matched, strict=True)
+        edge, depth, residual = (np.where(steep.columns, new, old) for old, new in both)
     with np.errstate(invalid="ignore"):
         good = (depth > 0.3 * typical) & (depth < 3.0 * typical)
         quality = 1.0 / (1.0 + (residual / (0.12 * depth)) ** 2)

@@ -7,7 +7,7 @@ import numpy as np
 from tsvision.images.strip import Axis
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.helix import Edges
-from tsvision.measures.search import doubt
+from tsvision.measures.weigh import doubt
 from tsvision.records import FrameRow, KnotSighting
 
 POOR_WEIGHT = 0.55  # of the edges along the bundle, in the mean: films show 0.7 and more

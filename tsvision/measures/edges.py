@@ -137,14 +137,7 @@ def match_edges(
     """
     columns = values.shape[1]
     edge, depth, residual = (np.empty(columns) for _ in range(3))
-    outside = 2.5 * shading.blur_px + 1.5
-    # Further in, gleam and the strands in front differ from column to column.
-    inside = min(0.8 * shading.rho_px, 2.0 * shading.blur_px + 0.5)
-    inside = max(inside, 1.5 * shading.blur_px + 1.0)
-    # Where a limb sends hardly any light, what can be matched is the border of the lit part.
-    lit = inside_at(shading, LIT)
-    if lit > inside:
-        inside = min(lit + shading.blur_px, shading.rho_px)
+    outside, inside = _window_px(shading)
     cosine = 1.0 / np.sqrt(1.0 + np.clip(slope, -1.5, 1.5) ** 2)
     _match(
         values,
@@ -163,3 +156,21 @@ def match_edges(
         residual,
     )
     return edge, depth, residual
+
+
+def _window_px(shading: Shading) -> tuple[float, float]:
+    """How far outside and inside of an edge the template is compared with the picture."""
+    outside = 2.5 * shading.blur_px + 1.5
+    # Further in, gleam and the strands in front differ from column to column.
+    inside = min(0.8 * shading.rho_px, 2.0 * shading.blur_px + 0.5)
+    inside = max(inside, 1.5 * shading.blur_px + 1.0)
+    # Where a limb sends hardly any light, what can be matched is the border of the lit part.
+    lit = inside_at(shading, LIT)
+    if lit > inside:
+        inside = min(lit + shading.blur_px, shading.rho_px)
+    return outside, inside
+
+
+def reach_px(shading: Shading) -> float:
+    """How far from an edge, to either side, a match looks."""
+    return max(_window_px(shading))

@@ -24,7 +24,7 @@ from tsvision.measures.legs import apex_from_legs
 from tsvision.measures.looks import Looks
 from tsvision.measures.outline import add_outline
 from tsvision.measures.silhouette import KC, K
-from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px
+from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px, unsure
 from tsvision.measures.unmatched import with_outline
 from tsvision.measures.width import width_between_knots, width_sd_px
 from tsvision.records import Frame, FrameResult, FrameRow
@@ -181,6 +181,8 @@ def _bundle_values(
     p_sd = pitch_sd_px(fit)
     beta = float(np.arctan(tan_beta))
     section = looks.section
+    if unsure(fit):
+        flags |= Flag.COIL_UNSURE
     outer = section.radius_d.max() / (0.5 * section.diameter_d)
     lay = float(np.arctan(tan_beta * outer))
     relative_scale = looks.scale.mm_per_px_sd / scale if scale == scale else NAN

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numba
 import numpy as np
 
+from tsvision.measures.line import slope_of
+from tsvision.measures.relief import explained
 from tsvision.measures.silhouette import (
     KC,
     PARAMETERS,
@@ -20,6 +23,7 @@ from tsvision.measures.silhouette import (
     silhouette,
 )
 
+SLOPE_SD_PX = 1.0  # over which the slope of an edge is told
 ROUGHLY = 6  # steps of a fit, after which it is known by how much blur moves the outline
 
 
@@ -30,7 +34,11 @@ class Edges:
     trust: by how much less than its weights either side counts in a fit. Where a dark limb's light
     ends depends on where the strands around it lie, and follows the outline roughly only.
     blur_px: of the picture the edges were found in (sd), which rounds off what they show of the
-    outline along s."""
+    outline along s.
+    light: (R, M) what is seen between and beside the edges, rows evenly about n = 0; None where
+    only edges are known.
+    by_normal: whether a residual counts by how far it lies from the edge, not along n: where the
+    outline runs steeply, as it does along a coil, small errors along s are large ones along n."""
 
     s_px: np.ndarray
     upper_px: np.ndarray
@@ -39,6 +47,8 @@ class Edges:
     lower_weight: np.ndarray
     trust: tuple[float, float] = (1.0, 1.0)
     blur_px: float = 0.0
+    light: np.ndarray | None = None
+    by_normal: bool = False
 
     def window(self, s_low: float, s_high: float) -> Edges:
         keep = (self.s_px >= s_low) & (self.s_px <= s_high)
@@ -49,6 +59,7 @@ class Edges:
             lower_px=self.lower_px[keep],
             upper_weight=self.upper_weight[keep],
             lower_weight=self.lower_weight[keep],
+            light=None if self.light is None else self.light[:, keep],
         )
 
     def within(self, inside: np.ndarray) -> Edges:
@@ -62,11 +73,22 @@ class Edges:
         upper, lower = self.trust
         return upper * self.upper_weight, lower * self.lower_weight
 
+    @cached_property
+    def square_cosines(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of the slopes of both edges (M,): what a residual along n, squared, is worth across the
+        edge itself; 1 unless `by_normal`."""
+        both = ((self.upper_px, self.upper_weight), (self.lower_px, self.lower_weight))
+        if not self.by_normal:
+            return np.ones(self.s_px.size), np.ones(self.s_px.size)
+        slopes = [slope_of(edge, weight > 0.0, SLOPE_SD_PX) for edge, weight in both]
+        upper, lower = (1.0 / (1.0 + slope**2) for slope in slopes)
+        return upper, lower
+
 
 @dataclass(frozen=True)
 class HelixFit:
     """Result of a fit: `p` (9,) and its covariance (9, 9), rms residual px, robust cost; blur_px of
-    the edges fitted."""
+    the edges fitted; relief: share of the light inside that it explains, 0 where not looked at."""
 
     p: np.ndarray
     covariance: np.ndarray
@@ -76,6 +98,7 @@ class HelixFit:
     section: Section
     z_px: tuple[float, float]
     blur_px: float = 0.0
+    relief: float = 0.0
 
     def seen_edges(self, z0: float, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Upper and lower edge (count,) at z0, z0 + 1, ... as a picture so blurred shows them."""
@@ -138,6 +161,13 @@ class HelixFit:
         return base, jac @ self.covariance @ jac.T
 
 
+def with_relief(edges: Edges, fit: HelixFit) -> HelixFit:
+    """The fit with what it explains of the light inside `edges`, those that it was made of."""
+    if edges.light is None:
+        return fit
+    return replace(fit, relief=explained(edges.light, fit.p, fit.section, edges.blur_px))
+
+
 def descend(
     edges: Edges,
     section: Section,
@@ -158,6 +188,7 @@ def descend(
         edges.upper_px,
         edges.lower_px,
         *edges.trusted,
+        *edges.square_cosines,
         scale_px,
         _step(start),
         iterations,
@@ -214,13 +245,14 @@ def fit_helix(
             upper,
             lower,
             *edges.trusted,
+            *edges.square_cosines,
             scale_px,
             step,
             most,
             normal,
         )
     up, low = model_edges(p, section, z0, upper.size)
-    r = np.concatenate([upper - up, lower - low])
+    r = np.concatenate([upper - up, lower - low]) * np.sqrt(np.concatenate(edges.square_cosines))
     w = np.concatenate([edges.upper_weight, edges.lower_weight])
     good = (w > 0) & (np.abs(r) < 3 * scale_px)
     side = np.repeat(edges.trust, edges.s_px.size)[good]
@@ -243,7 +275,20 @@ def fit_helix(
 
 @numba.njit(cache=True, fastmath=True)
 def _normal_equations(
-    p, site_radius, site_angle, z0, up_obs, low_obs, up_w, low_w, scale, step, normal, right
+    p,
+    site_radius,
+    site_angle,
+    z0,
+    up_obs,
+    low_obs,
+    up_w,
+    low_w,
+    up_cos2,
+    low_cos2,
+    scale,
+    step,
+    normal,
+    right,
 ):  # pragma: no cover - compiled
     """Gauss-Newton system with Tukey-like (Geman-McClure) weights; returns cost and weight sum."""
     count = up_obs.size
@@ -265,9 +310,10 @@ def _normal_equations(
             r = seen - model
             if not abs(r) < 1e6:
                 continue
-            t = (r / scale) ** 2
+            cos2 = up_cos2[c] if side == 0 else low_cos2[c]
+            t = (r / scale) ** 2 * cos2
             cost += weight * t / (1.0 + t)
-            w = weight / ((1.0 + t) * (1.0 + t))
+            w = weight * cos2 / ((1.0 + t) * (1.0 + t))
             total += weight
             z = at_u[c, 0] if side == 0 else at_l[c, 0]
             i = int(at_u[c, 1]) if side == 0 else int(at_l[c, 1])
@@ -295,6 +341,8 @@ def _minimise(
     low_obs,
     up_w,
     low_w,
+    up_cos2,
+    low_cos2,
     scale,
     step,
     iterations,
@@ -305,7 +353,20 @@ def _minimise(
     m = free.size
     normal, right = np.empty((9, 9)), np.empty(9)
     cost, total = _normal_equations(
-        p, site_radius, site_angle, z0, up_obs, low_obs, up_w, low_w, scale, step, normal, right
+        p,
+        site_radius,
+        site_angle,
+        z0,
+        up_obs,
+        low_obs,
+        up_w,
+        low_w,
+        up_cos2,
+        low_cos2,
+        scale,
+        step,
+        normal,
+        right,
     )
     for a in range(9):
         cost += prior_weight[a] * (p[a] - prior_mean[a]) ** 2
@@ -341,6 +402,8 @@ def _minimise(
                     low_obs,
                     up_w,
                     low_w,
+                    up_cos2,
+                    low_cos2,
                     scale,
                     step,
                     new_normal,

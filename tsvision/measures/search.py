@@ -8,14 +8,14 @@ fitted, and the best fit wins. Wide bundles are searched at reduced size first.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numba
 import numpy as np
 from scipy.ndimage import minimum_filter
 
-from tsvision.measures.helix import Edges, HelixFit, descend, fit_helix
+from tsvision.measures.band import Band
+from tsvision.measures.helix import Edges, HelixFit, descend, fit_helix, with_relief
 from tsvision.measures.line import line_through
+from tsvision.measures.reduced import SEARCH_DIAMETER_PX, reduced
 from tsvision.measures.silhouette import (
     COILED,
     KC,
@@ -31,62 +31,20 @@ from tsvision.measures.silhouette import (
     silhouette,
 )
 from tsvision.measures.spectrum import spectrum
+from tsvision.measures.weigh import POOR, doubt, weighed
 
 _FREE_STRAIGHT = tuple(i for i in STRAIGHT if i < 8)
 _FREE_COILED = tuple(i for i in COILED if i < 8)
-SEARCH_DIAMETER_PX = 16.0  # wider bundles are searched at reduced size, then fitted in full
-SHORTEST_PITCH = 0.9  # in diameters, k alone
 # Turn by which neighbouring rates differ at the ends of a window, rad, and phases tried over one
 # repeat of the section: two strands make two lobes a turn, more make four.
 STEP_RAD, PHASES = {2: 0.7, 4: 0.45}, {2: 5, 4: 8}
 VALLEYS = 6  # of the scan, fitted for a few steps
-MOST_TURNS = 2.5  # times as often as the motor has turned, or this many turns in the window, ...
-LOBES = 1.5  # ... is the highest rate tried where turns are known
 WIDTH_IN_DOUBT = 0.08
-POOR = 0.45  # cost above which a fit is not believed without having looked further
+# Other descents than the best that are fitted in full, and times its cost that they may have: of
+# straight bundles, and of coils, between which the light inside decides.
+OTHERS, LIKELY = {False: 1, True: 3}, {False: 1.3, True: 1.6}
 ALIKE_RAD = 0.15  # phases within which two descents are one
 COILS = 2  # peaks of the centre line's spectrum tried as coiling rates
-
-
-@dataclass(frozen=True)
-class Band:
-    """Strand rates to scan, rad/px; `expected`: rate of strands and coiling together that the
-    motor's turns lead one to expect, NaN when unknown."""
-
-    low: float
-    high: float
-    expected: float = float("nan")
-
-
-def full_band(
-    edges: Edges, diameter_px: float, expected_rate: float, coil: np.ndarray | None = None
-) -> Band:
-    """Every strand rate that a bundle of this width can show within the window.
-
-    Along a coiled centre line it is longer than the axis, and so are the rates per px of that; its
-    torsion twists the bundle already, so that the strands may even turn backwards about it. Not
-    about a coil that is hardly one: a rod begins to coil at less than the rate of its twist.
-    """
-    span = max(float(edges.s_px[-1] - edges.s_px[0]), 1.0)
-    stretch = 1.0 if coil is None else float(np.hypot(1.0, coil[RC] * coil[KC]))
-    low = 0.35 * 2.0 * np.pi / span
-    if coil is not None:
-        low = -float(coil[KC]) * min(0.8 / stretch, 2.0 * (1.0 - 1.0 / stretch))
-    high = stretch * 2.0 * np.pi / max(SHORTEST_PITCH * diameter_px, 4.0)
-    if np.isfinite(expected_rate) and expected_rate > 0.0:
-        high = min(high, max(MOST_TURNS * expected_rate, 2.0 * np.pi * LOBES / span))
-    return Band(low, max(high, low + 2.0 * np.pi / span), expected_rate)
-
-
-def doubt(p: np.ndarray, expected_rate: float) -> float:
-    """By how much the cost of a fit (9,) counts more, 1 or above, because strands and coils turn
-    much more often, or much less, than the motor has. Where two fits are nearly as good the motor
-    decides; a good fit stands against it, for a motor's count can be wrong."""
-    total = float(p[K] + (p[KC] if p[RC] > 0.0 else 0.0))
-    if not (np.isfinite(expected_rate) and expected_rate > 0.0) or total <= 0.0:
-        return 1.0
-    off = np.log(total / expected_rate)
-    return float(np.exp(0.5 * max(off - 0.2, -0.8 - off, 0.0)))
 
 
 def search_straight(
@@ -238,14 +196,12 @@ def _search(
         return None
     free = _FREE_COILED if coiled else _FREE_STRAIGHT
     factor = max(1.0, 2.0 * bases[0][RHO] * section.diameter_d / SEARCH_DIAMETER_PX)
-    coarse = _shrunk(edges, factor) if factor > 1.0 else edges
-    shift = 0.5 * (coarse.s_px[0] + coarse.s_px[-1]) * factor - 0.5 * (
-        edges.s_px[0] + edges.s_px[-1]
-    )
+    small = reduced(edges, factor)
+    coarse = small.edges
     half = 0.5 * float(coarse.s_px[-1] - coarse.s_px[0])
     starts: list[tuple[float, np.ndarray]] = []
     for base, band in zip(bases, bands, strict=True):
-        starts += _valleys(coarse, section, _rescaled(base, factor, shift), band, factor)
+        starts += _valleys(coarse, section, small.down(base), band, factor)
     starts.sort(key=lambda start: start[0])
     expected = bands[0].expected
     best: HelixFit | None = None
@@ -260,14 +216,13 @@ def _search(
         tried = [(p, cost * doubt(p, expected * factor)) for p, cost in tried]
         tried.sort(key=lambda found: found[1])
         # Two valleys that are nearly as deep at reduced size may change places at full size.
-        deep = [p for p, cost in tried if cost < 1.3 * tried[0][1] + 0.01]
+        deep = [p for p, cost in tried if cost < LIKELY[coiled] * tried[0][1] + 0.01]
         other = [p for p in deep[1:] if not _same(deep[0], p, section, half)]
-        for p in [*deep[:1], *other[:1]]:
-            start = _rescaled(p, 1.0 / factor, -shift / factor)
-            fit = fit_helix(edges, section, start, free, scale_px)
-            if best is None or fit.cost * doubt(fit.p, expected) < best.cost * doubt(
-                best.p, expected
-            ):
+        for p in [*deep[:1], *other[: OTHERS[coiled]]]:
+            fit = fit_helix(edges, section, small.up(p), free, scale_px)
+            if coiled:
+                fit = with_relief(edges, fit)
+            if best is None or weighed(fit, expected) < weighed(best, expected):
                 best = fit
     return best
 
@@ -275,7 +230,7 @@ def _search(
 def _same(p: np.ndarray, q: np.ndarray, section: Section, half_px: float) -> bool:
     """Whether two descents (9,) have come to the same strands: phases alike at both ends of a
     window half_px to either side, up to what the section repeats by, and width and coil alike."""
-    turn = 2.0 * np.pi if len(section.radius_d) % 2 else np.pi
+    turn = 2.0 * np.pi / section.fold
     ends = (p[PHI] - q[PHI]) + (p[K] - q[K]) * half_px * np.array([-1.0, 1.0])
     off = np.abs((ends + 0.5 * turn) % turn - 0.5 * turn)
     far = np.abs(p[[RHO, Y0, RC]] - q[[RHO, Y0, RC]])
@@ -287,15 +242,14 @@ def _valleys(
 ) -> list[tuple[float, np.ndarray]]:
     """(cost, start) at the lowest places of the scan; `band` in rad per px of the full picture."""
     half = 0.5 * float(edges.s_px[-1] - edges.s_px[0])
-    lobes = 2 if len(section.outer[0]) <= 2 else 4
+    lobes = section.lobes
     count = (band.high - band.low) * factor * half / STEP_RAD[lobes]
     count = int(np.clip(count, 3, 300)) + 1
     rates = np.linspace(band.low, band.high, count) * factor
     alone = (band.expected - (base[KC] / factor if base[RC] > 0.0 else 0.0)) * factor
     if np.isfinite(alone) and rates[0] < alone < rates[-1]:
         rates = np.append(rates, alone)
-    fold = 1 if len(section.radius_d) % 2 else 2
-    phases = np.arange(PHASES[lobes]) * (2.0 * np.pi / fold / PHASES[lobes])
+    phases = np.arange(PHASES[lobes]) * (2.0 * np.pi / section.fold / PHASES[lobes])
     costs = np.empty((rates.size, phases.size))
     rho = float(base[RHO])
     # The coil is known roughly only, and the grid is coarse: a deviation counts up to a fair part
@@ -309,6 +263,7 @@ def _valleys(
         edges.upper_px,
         edges.lower_px,
         *edges.trusted,
+        *edges.square_cosines,
         0.25 * rho,
         max(0.35, min(1.0, 0.4 * rho)),
         costs,
@@ -341,6 +296,8 @@ def scan(
     low_obs,
     up_w,
     low_w,
+    up_cos2,
+    low_cos2,
     scale,
     step,
     costs,
@@ -383,37 +340,8 @@ def scan(
                 silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_u, at_l, step)
             cost = 0.0
             for c in range(count):
-                t = ((up_obs[c] - upper[c]) / scale) ** 2
+                t = ((up_obs[c] - upper[c]) / scale) ** 2 * up_cos2[c]
                 cost += up_w[c] * t / (1.0 + t)
-                t = ((low_obs[c] - lower[c]) / scale) ** 2
+                t = ((low_obs[c] - lower[c]) / scale) ** 2 * low_cos2[c]
                 cost += low_w[c] * t / (1.0 + t)
             costs[i, j] = cost / total
-
-
-def _shrunk(edges: Edges, factor: float) -> Edges:
-    """The same outline in units of `factor` px, resampled on unit spacing."""
-    s = edges.s_px / factor
-    grid = np.arange(np.ceil(s[0]), np.floor(s[-1]) + 1e-9)
-    nearest = np.clip(np.searchsorted(s, grid), 0, s.size - 1)
-    return replace(
-        edges,
-        s_px=grid,
-        upper_px=np.interp(grid, s, edges.upper_px / factor),
-        lower_px=np.interp(grid, s, edges.lower_px / factor),
-        upper_weight=edges.upper_weight[nearest],
-        lower_weight=edges.lower_weight[nearest],
-        blur_px=edges.blur_px / factor,
-    )
-
-
-def _rescaled(p: np.ndarray, factor: float, shift: float = 0.0) -> np.ndarray:
-    """Parameters in units of `factor` px; z counted from a middle `shift` px further on."""
-    q = p.copy()
-    q[PHI] += p[K] * shift
-    q[PHIC] += p[KC] * shift
-    q[Y0] += p[SLOPE] * shift
-    for i in (RHO, Y0, RC):
-        q[i] /= factor
-    for i in (K, KC):
-        q[i] *= factor
-    return q

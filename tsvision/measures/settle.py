@@ -24,11 +24,11 @@ from tsvision.measures.blur import (
 from tsvision.measures.bundle import SWINGS, BundleFit, fit_window, swing_px
 from tsvision.measures.cut import Cut, brightness_of, edge_profiles, find_edges
 from tsvision.measures.helix import Edges
-from tsvision.measures.search import POOR
 from tsvision.measures.shading import Shading
 from tsvision.measures.shading_fit import fit_shading
 from tsvision.measures.shape import shape_of, trust_of
 from tsvision.measures.silhouette import Section
+from tsvision.measures.weigh import POOR
 from tsvision.measures.windows import near_window
 
 ROUNDS = (2, 8)  # at least and at most, ...

@@ -58,6 +58,16 @@ class Section:
         corners = np.unique(support.argmax(axis=0))
         return self.radius_d[corners], self.angle_rad[corners]
 
+    @property
+    def lobes(self) -> int:
+        """Lobes of either edge that one turn of the strands makes, roughly alike."""
+        return 2 if len(self.outer[0]) <= 2 else 4
+
+    @property
+    def fold(self) -> int:
+        """Times that one turn repeats the section."""
+        return 1 if len(self.radius_d) % 2 else 2
+
     def variants(self) -> tuple[Section, ...]:
         """The section and its mirror image, where that is another section whichever way it is
         turned (N = 5, 6, 7 of the pair core): which of the two twisted up nobody knows, and seen

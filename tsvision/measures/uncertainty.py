@@ -12,6 +12,7 @@ import numpy as np
 
 from tsvision.measures.helix import HelixFit
 from tsvision.measures.shading import Shading
+from tsvision.measures.weigh import believed
 
 # A mean edge's fit knows its noise and its light's prior, not what both leave out (occlusion,
 # gleam): against path-traced films of known width its errors are this much larger.
@@ -23,10 +24,24 @@ CORRELATION_SHARE = 0.5  # residuals stay alike over about half a strand diamete
 # In a bend the strands of its inner side crowd, and the section that was fitted opens: more than
 # two strands come out thin and short of pitch by such shares (own renderer, whose strands touch).
 BENT_DIAMETER, BENT_PITCH = 0.025, 0.02
+# A coil of whose strands neither the outline nor the light inside is sure may be another one. Two
+# in three of such lie within these shares (own renderer), one in twenty beyond three times that.
+UNSURE_DIAMETER, UNSURE_PITCH = 0.04, 0.06
 
 
-def _bent(fit: HelixFit) -> bool:
-    return fit.coiled and fit.section.radius_d.size > 2
+def _coil_sds(fit: HelixFit) -> tuple[float, float]:
+    """Shares of D and of the pitch by which a coil leads them astray."""
+    d = pitch = 0.0
+    if fit.coiled and fit.section.radius_d.size > 2:
+        d, pitch = BENT_DIAMETER, BENT_PITCH
+    if unsure(fit):
+        d, pitch = float(np.hypot(d, UNSURE_DIAMETER)), float(np.hypot(pitch, UNSURE_PITCH))
+    return d, pitch
+
+
+def unsure(fit: HelixFit) -> bool:
+    """Whether a coil may be another one than was fitted."""
+    return fit.coiled and not believed(fit)
 
 
 def _widening(fit: HelixFit) -> float:
@@ -44,14 +59,14 @@ def edge_model_sd_px(shading: tuple[Shading, Shading]) -> float:
 def diameter_sd_px(fit: HelixFit, shading: tuple[Shading, Shading]) -> float:
     """Standard uncertainty of D in px."""
     own = float(np.hypot(fit.diameter_px_sd * np.sqrt(_widening(fit)), edge_model_sd_px(shading)))
-    return float(np.hypot(own, BENT_DIAMETER * fit.diameter_px)) if _bent(fit) else own
+    return float(np.hypot(own, _coil_sds(fit)[0] * fit.diameter_px))
 
 
 def pitch_sd_px(fit: HelixFit) -> float:
     """Standard uncertainty of the pitch in px."""
     _, covariance = fit.derived()
     own = float(np.sqrt(max(covariance[1, 1], 0.0) * _widening(fit)))
-    model = BENT_PITCH if _bent(fit) else 0.001
+    model = max(_coil_sds(fit)[1], 0.001)
     return float(np.hypot(own, model * fit.pitch_px))
 
 

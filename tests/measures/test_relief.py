@@ -1,0 +1,139 @@
+"""The light inside the outline tells coils apart that have nearly the same outline.
+
+The strips here are drawn by brute force, surface point by surface point, with light that is cut off
+behind the limb as light is: nothing of it is shared with the drawing that is tested.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+from tsvision.measures.band import Band
+from tsvision.measures.branches import best_branch
+from tsvision.measures.helix import Edges, fit_helix, with_relief
+from tsvision.measures.relief import explained, scan_relief
+from tsvision.measures.section import pair_core
+from tsvision.measures.silhouette import COILED, KC, PHI, PHIC, RC, RHO, K, model_edges
+from tsvision.measures.weigh import weighed
+
+HALF, COLUMNS, BLUR_PX = 30, 161, 0.8
+LIGHTS = {"from the camera": (0.0, 0.0, 1.0), "from the side": (0.3, 0.6, 0.75)}
+
+
+def coil(strings: int, phase: float = 0.4) -> np.ndarray:
+    """(9,) a bundle of 20 px that coils by 8 px every 38."""
+    p = np.zeros(9)
+    p[RHO] = 10.0 / pair_core(strings).diameter_d
+    p[K], p[PHI], p[RC], p[KC], p[PHIC] = 0.19, phase, 8.0, 2.0 * np.pi / 38.0, 1.0
+    return p
+
+
+def lit(p: np.ndarray, strings: int, light: tuple[float, float, float], side: int) -> np.ndarray:
+    """(R, M) the strands' surface points, the foremost of each pixel, lit from `light`."""
+    section = pair_core(strings)
+    z = np.arange(-0.5 * COLUMNS - 30.0, 0.5 * COLUMNS + 30.0, 0.12)
+    theta = p[KC] * z + p[PHIC]
+    line = np.stack([z, p[RC] * np.cos(theta), p[RC] * np.sin(theta)], 1)
+    tangent = np.gradient(line, z, axis=0)
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    normal = np.stack([0.0 * z, -np.cos(theta), -np.sin(theta)], 1)
+    binormal = np.cross(tangent, normal)
+    points, normals = [], []
+    for radius, angle in zip(section.radius_d, section.angle_rad, strict=True):
+        psi = (p[K] * z + p[PHI] + angle)[:, None]
+        centre = line + 2.0 * p[RHO] * radius * (np.cos(psi) * normal + np.sin(psi) * binormal)
+        along = np.gradient(centre, z, axis=0)
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        first = np.cross(along, [0.13, 0.42, 0.9])
+        first /= np.linalg.norm(first, axis=1, keepdims=True)
+        second = np.cross(along, first)
+        for turn in np.linspace(0.0, 2.0 * np.pi, 120, endpoint=False):
+            outward = np.cos(turn) * first + np.sin(turn) * second
+            points.append(centre + p[RHO] * outward)
+            normals.append(outward)
+    xyz, n = np.concatenate(points), np.concatenate(normals)
+    xyz[:, 2] *= side
+    n[:, 2] *= side
+    row = np.round(xyz[:, 1] + HALF).astype(int)
+    column = np.round(xyz[:, 0] + 0.5 * (COLUMNS - 1)).astype(int)
+    inside = (row >= 0) & (row <= 2 * HALF) & (column >= 0) & (column < COLUMNS)
+    order = np.argsort(xyz[inside, 2])
+    direction = np.array(light) / np.linalg.norm(light)
+    shade = 0.2 + 0.8 * np.clip(n @ direction, 0.0, None)
+    picture = np.zeros((2 * HALF + 1, COLUMNS), dtype=np.float32)
+    picture[row[inside][order], column[inside][order]] = shade[inside][order]
+    return gaussian_filter(picture, BLUR_PX)
+
+
+def lobes_off(p: np.ndarray, strings: int, more: int) -> list[np.ndarray]:
+    """The same coil with so many lobes more a turn of it, at twelve phases."""
+    found = []
+    for phase in np.linspace(0.0, np.pi, 12, endpoint=False):
+        found.append(p.copy())
+        found[-1][K] += more * p[KC] / pair_core(strings).lobes
+        found[-1][PHI] = phase
+    return found
+
+
+@pytest.mark.parametrize("strings", [2, 4])
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("light", LIGHTS)
+def test_the_right_strands_explain_most_of_the_light(strings: int, side: int, light: str) -> None:
+    p, section = coil(strings), pair_core(strings)
+    picture = lit(p, strings, LIGHTS[light], side)
+    right = explained(picture, p, section, BLUR_PX)
+    wrong = [
+        explained(picture, q, section, BLUR_PX)
+        for more in (-1, 1)
+        for q in lobes_off(p, strings, more)
+    ]
+    assert right > 0.7
+    assert 1.0 - max(wrong) > 2.0 * (1.0 - right)  # what is left unexplained decides
+
+
+def test_a_scan_of_rates_and_phases_finds_the_strands() -> None:
+    p, section = coil(2, phase=1.3), pair_core(2)
+    picture = lit(p, 2, LIGHTS["from the camera"], -1)
+    rates, phases = np.linspace(0.05, 0.35, 61), np.linspace(0.0, np.pi, 12, endpoint=False)
+    start = p.copy()
+    start[K], start[PHI] = 0.11, 0.0
+    shares = scan_relief(picture, start, section, rates, phases)
+    i, j = np.unravel_index(np.argmax(shares), shares.shape)
+    assert rates[i] == pytest.approx(p[K], abs=0.006)
+    assert abs((phases[j] - p[PHI] + 0.5 * np.pi) % np.pi - 0.5 * np.pi) < 0.3
+
+
+def test_where_nothing_is_seen_inside_nothing_is_explained() -> None:
+    p, section = coil(2), pair_core(2)
+    picture = (lit(p, 2, LIGHTS["from the camera"], 1) > 0.1).astype(np.float32)
+    noise = 0.02 * np.random.default_rng(3).standard_normal(picture.shape).astype(np.float32)
+    assert explained(picture + noise, p, section, BLUR_PX) < 0.35
+    assert explained(noise, p, section, BLUR_PX) < 0.05
+    p[RHO] = 0.4
+    assert explained(noise[:, :8], p, section, BLUR_PX) == 0.0
+
+
+@pytest.mark.parametrize("more", [-1, 1])
+def test_light_leads_back_from_a_lobe_too_few_or_too_many(more: int) -> None:
+    """Flanks lost, as they are in pictures, a lobe more or less a turn fits nearly as well."""
+    p, section = coil(2), pair_core(2)
+    upper, lower = model_edges(p, section, -0.5 * (COLUMNS - 1), COLUMNS)
+    flat = [(np.abs(np.gradient(e)) < 0.7).astype(float) for e in (upper, lower)]
+    picture = lit(p, 2, LIGHTS["from the side"], 1)
+    edges = Edges(np.arange(float(COLUMNS)), upper, lower, *flat, light=picture, blur_px=BLUR_PX)
+    free = tuple(i for i in COILED if i < 8)
+    starts = lobes_off(p, 2, more)
+    fits = [fit_helix(replace(edges, blur_px=0.0), section, q, free, 0.5) for q in starts]
+    wrong = min(fits, key=lambda fit: fit.cost)
+    if abs(wrong.p[K] / p[K] - 1.0) < 0.1:
+        pytest.skip("every start came back by its edges alone")
+    band = Band(0.02, 0.5)
+    best = best_branch(replace(edges, blur_px=0.0), wrong, band, 0.5)
+    assert best.pitch_px == pytest.approx(replace(wrong, p=p).pitch_px, rel=0.01)
+    # Against the light the motor alone decides between two fits as good as each other.
+    dark = with_relief(replace(edges, light=0.0 * picture), wrong)
+    assert weighed(dark, float("nan")) == pytest.approx(wrong.cost, rel=1e-6)
