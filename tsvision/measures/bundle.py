@@ -8,7 +8,7 @@ import numpy as np
 
 from tsvision.measures.band import Band, full_band
 from tsvision.measures.branches import best_branch
-from tsvision.measures.helix import Edges, HelixFit, with_relief
+from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.line import line_through
 from tsvision.measures.search import (
     coil_at,
@@ -17,9 +17,10 @@ from tsvision.measures.search import (
     search_straight,
 )
 from tsvision.measures.silhouette import KC, K, Section
-from tsvision.measures.weigh import believed, weighed
+from tsvision.measures.weigh import believed, doubt, weighed
 
 NAN = float("nan")
+SCALE_PX = 0.5  # residual at which an edge point begins to count less
 SWINGS = 0.03  # rms of the middle line over D from which a coil is tried, ...
 SWINGS_WIDELY = 0.08  # ... and from which nothing else is
 POOR_FRAMES = 5  # for which a poor fit is carried on before all is searched again
@@ -54,7 +55,7 @@ def fit_window(
     diameter_px: float,
     expected_rate: float,
     before: BundleFit | None = None,
-    scale_px: float = 0.5,
+    scale_px: float = SCALE_PX,
     coil: bool = True,
 ) -> BundleFit | None:
     """The best helix on s_low..s_high, straight or coiled; None when too few edges are there.
@@ -99,6 +100,17 @@ def fit_window(
     return BundleFit(best, float(part.s_px[0]), float(part.s_px[-1]), expected_rate, carried)
 
 
+def as_elsewhere(edges: Edges, found: BundleFit, other: BundleFit) -> BundleFit:
+    """A fit that may be another coil, or what the strands of `other`, farther along the bundle,
+    make of its stretch, whichever counts less: a bundle is twisted alike all along."""
+    part = replace(edges.window(found.s_low_px, found.s_high_px), by_normal=True)
+    fit = _carried_on(part, other, found.expected_rate, SCALE_PX)
+    if fit is None or not fit.coiled:
+        return found
+    before, after = (weighed(f, found.expected_rate) for f in (found.fit, fit))
+    return replace(found, fit=fit, carried=0) if after < before else found
+
+
 def _searched(
     part: Edges,
     section: Section,
@@ -116,7 +128,7 @@ def _searched(
         band = full_band(part, diameter_px, expected_rate)
         for variant in variants:
             straight = search_straight(part, variant, diameter_px, band, scale_px)
-            best = _choose(part, best, straight, expected_rate)
+            best = _choose(best, straight, expected_rate)
     if not coil or (swing < SWINGS and best is not None and best.cost < 0.2):
         return best
     for coils in coils_of(part, diameter_px):
@@ -125,7 +137,7 @@ def _searched(
             coiled = search_coiled(part, variant, diameter_px, bands, coils, scale_px)
             if coiled is not None:
                 coiled = best_branch(part, coiled, bands[0], scale_px)
-            best = _choose(part, best, coiled, expected_rate)
+            best = _choose(best, coiled, expected_rate)
         # Which coil it is was settled when the bundle was first seen.
         if best is not None and best.coiled and (carried or believed(best)):
             break
@@ -174,17 +186,13 @@ def swing_px(edges: Edges) -> float:
     return float(np.std(centre - (constant + slope * s)))
 
 
-def _choose(
-    part: Edges, a: HelixFit | None, b: HelixFit | None, expected_rate: float
-) -> HelixFit | None:
-    """The better of two fits. The coiled model has three parameters more: it must pay for them."""
+def _choose(a: HelixFit | None, b: HelixFit | None, expected_rate: float) -> HelixFit | None:
+    """The better of two fits. The coiled model has three parameters more: it must pay for them, by
+    the outline alone, for with three more it explains more of any light."""
     if a is None or b is None:
         return a if b is None else b
-    if a.coiled or b.coiled:
-        a, b = (f if f.coiled else with_relief(part, f) for f in (a, b))
-    cost_a, cost_b = (weighed(f, expected_rate) for f in (a, b))
-    if a.coiled != b.coiled:
-        cost_a, cost_b = (
-            c * (1.0 if f.coiled else COIL_PAYS) for c, f in ((cost_a, a), (cost_b, b))
-        )
-    return a if cost_a <= cost_b else b
+    if a.coiled == b.coiled:
+        return a if weighed(a, expected_rate) <= weighed(b, expected_rate) else b
+    straight, coiled = (b, a) if a.coiled else (a, b)
+    cost, cost_coiled = (f.cost * doubt(f.p, expected_rate) for f in (straight, coiled))
+    return straight if COIL_PAYS * cost <= cost_coiled else coiled

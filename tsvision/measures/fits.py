@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from tsvision.measures.bundle import BundleFit, fit_window, swing_px
+from tsvision.measures.bundle import BundleFit, as_elsewhere, fit_window, swing_px
 from tsvision.measures.cut import Cut
 from tsvision.measures.helix import Edges
 from tsvision.measures.looks import Looks
+from tsvision.measures.weigh import unsure
 from tsvision.measures.windows import even_stretches
 
 NAN = float("nan")
@@ -106,6 +107,8 @@ def fit_bundle(
         centre = float(np.clip(middle, low + span, max(high - span, low + span)))
         low, high = max(low, centre - span), min(high, centre + span)
         mid = fit_window(edges, looks.section, low, high, d, rate, mid_before or near)
+    if near is not None and mid is not None and mid.fit.coiled and unsure(near.fit):
+        near = as_elsewhere(edges, near, mid)
     return near, mid
 
 

@@ -24,8 +24,9 @@ from tsvision.measures.legs import apex_from_legs
 from tsvision.measures.looks import Looks
 from tsvision.measures.outline import add_outline
 from tsvision.measures.silhouette import KC, K
-from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px, unsure
+from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px
 from tsvision.measures.unmatched import with_outline
+from tsvision.measures.weigh import unsure
 from tsvision.measures.width import width_between_knots, width_sd_px
 from tsvision.records import Frame, FrameResult, FrameRow
 

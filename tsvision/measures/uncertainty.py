@@ -12,7 +12,7 @@ import numpy as np
 
 from tsvision.measures.helix import HelixFit
 from tsvision.measures.shading import Shading
-from tsvision.measures.weigh import believed
+from tsvision.measures.weigh import unsure
 
 # A mean edge's fit knows its noise and its light's prior, not what both leave out (occlusion,
 # gleam): against path-traced films of known width its errors are this much larger.
@@ -37,11 +37,6 @@ def _coil_sds(fit: HelixFit) -> tuple[float, float]:
     if unsure(fit):
         d, pitch = float(np.hypot(d, UNSURE_DIAMETER)), float(np.hypot(pitch, UNSURE_PITCH))
     return d, pitch
-
-
-def unsure(fit: HelixFit) -> bool:
-    """Whether a coil may be another one than was fitted."""
-    return fit.coiled and not believed(fit)
 
 
 def _widening(fit: HelixFit) -> float:

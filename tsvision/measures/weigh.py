@@ -31,3 +31,8 @@ def weighed(fit: HelixFit, expected_rate: float) -> float:
 def believed(fit: HelixFit) -> bool:
     """Whether a fit need not be looked further for."""
     return fit.cost < POOR or fit.relief > PLAIN
+
+
+def unsure(fit: HelixFit) -> bool:
+    """Whether a coil may be another one than was fitted."""
+    return fit.coiled and not believed(fit)
