@@ -8,7 +8,7 @@ from tsvision.measures.helix import HelixFit
 from tsvision.measures.silhouette import KC, RC, K
 
 POOR = 0.45  # cost above which a fit is not believed without having looked further, ...
-PLAIN = 0.6  # ... unless it explains so much of the light inside
+PLAIN = 0.12  # ... unless so little of it is left by what it explains of the light inside
 
 
 def doubt(p: np.ndarray, expected_rate: float) -> float:
@@ -30,7 +30,7 @@ def weighed(fit: HelixFit, expected_rate: float) -> float:
 
 def believed(fit: HelixFit) -> bool:
     """Whether a fit need not be looked further for."""
-    return fit.cost < POOR or fit.relief > PLAIN
+    return fit.cost < POOR or fit.cost * (1.0 - fit.relief) < PLAIN
 
 
 def unsure(fit: HelixFit) -> bool:
