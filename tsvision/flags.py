@@ -67,6 +67,9 @@ MEANING: dict[str, str] = {
     "FAILED": "the program failed on this picture; the log says how, please report it",
 }
 
+REMARKS = frozenset({"FIBRES"})
+"""Flags that say what was done, not that a number may be bad."""
+
 if list(MEANING) != [flag.name for flag in Flag]:
     raise ImportError("tsvision.flags: Flag and MEANING list different names")
 
@@ -74,6 +77,11 @@ if list(MEANING) != [flag.name for flag in Flag]:
 def flags_to_text(flags: int) -> str:
     """Names joined by `|`, in the order of the list; empty when nothing is wrong."""
     return "|".join(name for i, name in enumerate(MEANING) if int(flags) >> i & 1)
+
+
+def doubtful(text: object) -> bool:
+    """Whether a row's flags, as text, cast doubt on its numbers; no text, as NaN, does not."""
+    return isinstance(text, str) and bool(set(filter(None, text.split("|"))) - REMARKS)
 
 
 def flags_from_text(text: str) -> Flag:

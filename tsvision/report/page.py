@@ -16,6 +16,7 @@ from markupsafe import Markup
 
 from tsvision.atomic import write_text
 from tsvision.errors import InputError
+from tsvision.flags import doubtful
 from tsvision.records import Frame, Recording
 from tsvision.report import digest, palette, shown
 from tsvision.report.confronted import confronted
@@ -152,7 +153,7 @@ def page_data(measured: Measured, chosen: list[int], pictures: dict[int, Frame])
         "x_label": axis.label,
         "frames": frames["frame"].to_numpy(int),
         "series": columns,
-        "flagged": [bool(f) and isinstance(f, str) for f in frames["flags"]],
+        "flagged": [doubtful(flags) for flags in frames["flags"]],
         "phases": phases,
         "bands": first_winding_bands(axis, phases),
         "unwinding": axis.falling(),
