@@ -24,8 +24,10 @@ def doubt(p: np.ndarray, expected_rate: float) -> float:
 
 def weighed(fit: HelixFit, expected_rate: float) -> float:
     """Cost of a fit as it counts against others of the same edges: less by as much as it explains
-    of the light inside the outline, more where the motor speaks against it."""
-    return fit.cost * doubt(fit.p, expected_rate) * (1.0 - fit.relief)
+    of the light inside the outline (in amplitude, as its residuals go), more where the motor speaks
+    against it."""
+    unexplained = float(np.sqrt(1.0 - fit.relief))
+    return fit.cost * doubt(fit.p, expected_rate) * unexplained
 
 
 def believed(fit: HelixFit) -> bool:
