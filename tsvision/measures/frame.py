@@ -32,6 +32,7 @@ from tsvision.records import Frame, FrameResult, FrameRow
 
 NAN = float("nan")
 PLAIN_SLOPE = 0.2  # of the ridges: that frame's own sense; strands seldom show less
+NO_WIDTH = 0.25  # of D: what is less sure than that is no measurement of it
 LEGS_TURNS = 0.25  # turns that the legs hold between holes and apex: below, nothing is twisted
 
 
@@ -164,8 +165,7 @@ def _bundle_values(
     looks: Looks,
 ) -> tuple[FrameRow, Flag]:
     scale = looks.scale.mm_per_px
-    good = near is not None and near.fit.rms_px < max(0.9, 0.05 * looks.diameter_px)
-    if near is None or not good:
+    if near is None or not _tells(near, looks):
         flags |= Flag.ENVELOPE_ONLY | Flag.NO_PITCH
         width = width_between_knots(edges, looks.diameter_px)
         sd = width_sd_px(edges, width, looks.diameter_px)
@@ -225,6 +225,13 @@ def _bundle_values(
             midspan_helix_angle_rad=float(np.arctan(mt)),
         )
     return row, flags
+
+
+def _tells(near: BundleFit, looks: Looks) -> bool:
+    """Whether a fit describes its edges, and they tell the diameter at all: any wave of noise is
+    some helix."""
+    describes = near.fit.rms_px < max(0.9, 0.05 * looks.diameter_px)
+    return describes and diameter_sd_px(near.fit, looks.shading) < NO_WIDTH * near.fit.diameter_px
 
 
 def _strand_repeat(fit) -> float:
