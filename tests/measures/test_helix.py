@@ -101,17 +101,17 @@ def test_the_gradient_is_that_of_finite_differences(strings: int, p: np.ndarray)
 
     count, z0 = 80, -39.5
     section = pair_core(strings)
-    ones = np.ones(count)
-    upper, lower = model_edges(p, section, z0, count)
+    ones = np.ones((2, count))
+    exact = np.stack(model_edges(p, section, z0, count))
     free = STRAIGHT if p[RC] == 0.0 else COILED
 
     def right_side(index: int, side: int) -> float:
         # Edges seen 1 px above the model: the right side is the gradient's sum.
-        up = upper + (1.0 if side == 0 else 0.0)
-        low = lower + (1.0 if side == 1 else 0.0)
+        seen = exact.copy()
+        seen[side] += 1.0
         normal, right = np.empty((9, 9)), np.empty(9)
-        _normal_equations(p, section.radius_d, section.angle_rad, z0, up, low, ones, ones, ones,
-                          ones, 1e4, 0.35, normal, right)  # fmt: skip
+        _normal_equations(p, section.radius_d, section.angle_rad, z0, seen, ones, ones, 1e4, 0.35,
+                          normal, right)  # fmt: skip
         return float(right[index])
 
     for index in free:

@@ -68,21 +68,24 @@ class Edges:
         return replace(self, upper_weight=upper, lower_weight=lower)
 
     @property
-    def trusted(self) -> tuple[np.ndarray, np.ndarray]:
-        """Weights (M,) of the upper and the lower edge in a fit."""
-        upper, lower = self.trust
-        return upper * self.upper_weight, lower * self.lower_weight
+    def observed(self) -> np.ndarray:
+        """The upper and the lower edge, (2, M), px."""
+        return np.stack([self.upper_px, self.lower_px])
+
+    @property
+    def trusted(self) -> np.ndarray:
+        """Weights (2, M) of the upper and the lower edge in a fit."""
+        return np.array(self.trust)[:, None] * np.stack([self.upper_weight, self.lower_weight])
 
     @cached_property
-    def square_cosines(self) -> tuple[np.ndarray, np.ndarray]:
-        """Of the slopes of both edges (M,): what a residual along n, squared, is worth across the
+    def square_cosines(self) -> np.ndarray:
+        """Of the slopes of both edges (2, M): what a residual along n, squared, is worth across the
         edge itself; 1 unless `by_normal`."""
-        both = ((self.upper_px, self.upper_weight), (self.lower_px, self.lower_weight))
         if not self.by_normal:
-            return np.ones(self.s_px.size), np.ones(self.s_px.size)
-        slopes = [slope_of(edge, weight > 0.0, SLOPE_SD_PX) for edge, weight in both]
-        upper, lower = (1.0 / (1.0 + slope**2) for slope in slopes)
-        return upper, lower
+            return np.ones((2, self.s_px.size))
+        both = ((self.upper_px, self.upper_weight), (self.lower_px, self.lower_weight))
+        slopes = np.stack([slope_of(edge, weight > 0.0, SLOPE_SD_PX) for edge, weight in both])
+        return np.asarray(1.0 / (1.0 + slopes**2))
 
 
 @dataclass(frozen=True)
@@ -185,10 +188,9 @@ def descend(
         unknown,
         *section.outer,
         0.5 * float(edges.s_px[0] - edges.s_px[-1]),
-        edges.upper_px,
-        edges.lower_px,
-        *edges.trusted,
-        *edges.square_cosines,
+        edges.observed,
+        edges.trusted,
+        edges.square_cosines,
         scale_px,
         _step(start),
         iterations,
@@ -228,13 +230,12 @@ def fit_helix(
     normal = np.zeros((PARAMETERS, PARAMETERS))
     free_ids = np.array(free, dtype=np.int64)
     p = np.asarray(start, dtype=float)
-    upper, lower = edges.upper_px, edges.lower_px
+    observed = edges.observed
     # By how much blur moves the outline is small, and known as soon as the outline is, roughly.
     passes = (iterations,) if edges.blur_px <= 0.0 else (ROUGHLY, iterations)
     for again, most in enumerate(passes):
         if again:
-            rounded = rounded_off(p, section, z0, upper.size, edges.blur_px)
-            upper, lower = (e - off for e, off in zip((upper, lower), rounded, strict=True))
+            observed = observed - rounded_off(p, section, z0, edges.s_px.size, edges.blur_px)
         p, cost, total = _minimise(
             p,
             free_ids,
@@ -242,20 +243,18 @@ def fit_helix(
             weight,
             *section.outer,
             z0,
-            upper,
-            lower,
-            *edges.trusted,
-            *edges.square_cosines,
+            observed,
+            edges.trusted,
+            edges.square_cosines,
             scale_px,
             step,
             most,
             normal,
         )
-    up, low = model_edges(p, section, z0, upper.size)
-    r = np.concatenate([upper - up, lower - low]) * np.sqrt(np.concatenate(edges.square_cosines))
-    w = np.concatenate([edges.upper_weight, edges.lower_weight])
+    r = (observed - model_edges(p, section, z0, edges.s_px.size)) * np.sqrt(edges.square_cosines)
+    w = np.stack([edges.upper_weight, edges.lower_weight])
     good = (w > 0) & (np.abs(r) < 3 * scale_px)
-    side = np.repeat(edges.trust, edges.s_px.size)[good]
+    side = np.broadcast_to(np.array(edges.trust)[:, None], r.shape)[good]
     rms = float(np.sqrt(np.average(r[good] ** 2, weights=side))) if good.any() else float("inf")
     covariance = np.zeros((PARAMETERS, PARAMETERS))
     variance = max(rms, 1e-3) ** 2
@@ -275,23 +274,10 @@ def fit_helix(
 
 @numba.njit(cache=True, fastmath=True)
 def _normal_equations(
-    p,
-    site_radius,
-    site_angle,
-    z0,
-    up_obs,
-    low_obs,
-    up_w,
-    low_w,
-    up_cos2,
-    low_cos2,
-    scale,
-    step,
-    normal,
-    right,
+    p, site_radius, site_angle, z0, observed, weights, cos2, scale, step, normal, right
 ):  # pragma: no cover - compiled
     """Gauss-Newton system with Tukey-like (Geman-McClure) weights; returns cost and weight sum."""
-    count = up_obs.size
+    count = observed.shape[1]
     upper, lower = np.empty(count), np.empty(count)
     at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
     silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_u, at_l, step)
@@ -302,18 +288,15 @@ def _normal_equations(
     total = 0.0
     for side in range(2):
         for c in range(count):
-            weight = up_w[c] if side == 0 else low_w[c]
+            weight = weights[side, c]
             if weight <= 0.0:
                 continue
-            model = upper[c] if side == 0 else lower[c]
-            seen = up_obs[c] if side == 0 else low_obs[c]
-            r = seen - model
+            r = observed[side, c] - (upper[c] if side == 0 else lower[c])
             if not abs(r) < 1e6:
                 continue
-            cos2 = up_cos2[c] if side == 0 else low_cos2[c]
-            t = (r / scale) ** 2 * cos2
+            t = (r / scale) ** 2 * cos2[side, c]
             cost += weight * t / (1.0 + t)
-            w = weight * cos2 / ((1.0 + t) * (1.0 + t))
+            w = weight * cos2[side, c] / ((1.0 + t) * (1.0 + t))
             total += weight
             z = at_u[c, 0] if side == 0 else at_l[c, 0]
             i = int(at_u[c, 1]) if side == 0 else int(at_l[c, 1])
@@ -337,12 +320,9 @@ def _minimise(
     site_radius,
     site_angle,
     z0,
-    up_obs,
-    low_obs,
-    up_w,
-    low_w,
-    up_cos2,
-    low_cos2,
+    observed,
+    weights,
+    cos2,
     scale,
     step,
     iterations,
@@ -353,20 +333,7 @@ def _minimise(
     m = free.size
     normal, right = np.empty((9, 9)), np.empty(9)
     cost, total = _normal_equations(
-        p,
-        site_radius,
-        site_angle,
-        z0,
-        up_obs,
-        low_obs,
-        up_w,
-        low_w,
-        up_cos2,
-        low_cos2,
-        scale,
-        step,
-        normal,
-        right,
+        p, site_radius, site_angle, z0, observed, weights, cos2, scale, step, normal, right
     )
     for a in range(9):
         cost += prior_weight[a] * (p[a] - prior_mean[a]) ** 2
@@ -398,12 +365,9 @@ def _minimise(
                     site_radius,
                     site_angle,
                     z0,
-                    up_obs,
-                    low_obs,
-                    up_w,
-                    low_w,
-                    up_cos2,
-                    low_cos2,
+                    observed,
+                    weights,
+                    cos2,
                     scale,
                     step,
                     new_normal,

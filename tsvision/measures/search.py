@@ -260,10 +260,9 @@ def _valleys(
         phases,
         *section.outer,
         -half,
-        edges.upper_px,
-        edges.lower_px,
-        *edges.trusted,
-        *edges.square_cosines,
+        edges.observed,
+        edges.trusted,
+        edges.square_cosines,
         0.25 * rho,
         max(0.35, min(1.0, 0.4 * rho)),
         costs,
@@ -292,12 +291,9 @@ def scan(
     site_radius,
     site_angle,
     z0,
-    up_obs,
-    low_obs,
-    up_w,
-    low_w,
-    up_cos2,
-    low_cos2,
+    observed,
+    weights,
+    cos2,
     scale,
     step,
     costs,
@@ -307,11 +303,11 @@ def scan(
     Along a straight axis another phase is the same silhouette further along: one turn of it is
     drawn for each rate, and every phase read from that.
     """
-    count = up_obs.size
+    count = observed.shape[1]
     upper, lower = np.empty(count), np.empty(count)
     at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
     p = base.copy()
-    total = max(up_w.sum() + low_w.sum(), 1e-9)
+    total = max(weights.sum(), 1e-9)
     for i in range(rates.size):
         p[1] = rates[i]
         turn = 2.0 * np.pi / max(rates[i], 1e-9)
@@ -340,8 +336,8 @@ def scan(
                 silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_u, at_l, step)
             cost = 0.0
             for c in range(count):
-                t = ((up_obs[c] - upper[c]) / scale) ** 2 * up_cos2[c]
-                cost += up_w[c] * t / (1.0 + t)
-                t = ((low_obs[c] - lower[c]) / scale) ** 2 * low_cos2[c]
-                cost += low_w[c] * t / (1.0 + t)
+                t = ((observed[0, c] - upper[c]) / scale) ** 2 * cos2[0, c]
+                cost += weights[0, c] * t / (1.0 + t)
+                t = ((observed[1, c] - lower[c]) / scale) ** 2 * cos2[1, c]
+                cost += weights[1, c] * t / (1.0 + t)
             costs[i, j] = cost / total
