@@ -12,8 +12,8 @@ from tsvision.measures.helix import Edges, fit_helix
 from tsvision.measures.line import slope_of
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import plain_shading
-from tsvision.measures.silhouette import COILED, KC, PHI, PHIC, RC, RHO, K, model_edges
-from tsvision.measures.steep import match_steep
+from tsvision.measures.silhouette import FREE_COILED, KC, PHI, PHIC, RC, RHO, K, model_edges
+from tsvision.measures.steep import gradient_of, match_steep
 
 RHO_PX = 6.0
 FINE = 8
@@ -36,7 +36,7 @@ def test_a_steep_flank_is_found_square_to_itself(slope: float) -> None:
     columns = np.arange(81.0)
     true = 30.0 + slope * (columns - middle)
     rough = np.where(np.abs(columns - middle) < 20.0 / abs(slope), true + 0.8, np.nan)
-    steep = match_steep(contrast, rough, 1, plain_shading(RHO_PX), 2.5)
+    steep = match_steep(contrast, gradient_of(contrast), rough, 1, plain_shading(RHO_PX), 2.5)
     known = np.isfinite(rough)
     assert steep.columns[known].all() and not steep.columns[~known].any()
     error = (steep.matched[0] - true)[known] / np.hypot(1.0, slope)
@@ -48,7 +48,9 @@ def test_what_runs_along_the_axis_is_left_alone() -> None:
     contrast = flank(0.4, 40.0, neighbour=40.0)
     s = np.arange(81.0)
     rough = np.where(np.abs(s - 40.0) < 25.0, 30.0 + 0.4 * (s - 40.0), np.nan)
-    assert not match_steep(contrast, rough, 1, plain_shading(RHO_PX), 2.5).columns.any()
+    assert not match_steep(
+        contrast, gradient_of(contrast), rough, 1, plain_shading(RHO_PX), 2.5
+    ).columns.any()
 
 
 def test_slope_of_a_line_with_gaps() -> None:
@@ -69,8 +71,7 @@ def test_small_errors_along_the_axis_do_not_make_the_right_fit_look_poor() -> No
     jitter = 0.5 * np.random.default_rng(1).standard_normal((2, count))
     moved = [e + np.gradient(e) * j for e, j in zip((upper, lower), jitter, strict=True)]
     edges = Edges(np.arange(float(count)), *moved, *np.ones((2, count)))
-    free = tuple(i for i in COILED if i < 8)
-    along_n = fit_helix(edges, section, p, free)
-    square = fit_helix(replace(edges, by_normal=True), section, p, free)
+    along_n = fit_helix(edges, section, p, FREE_COILED)
+    square = fit_helix(replace(edges, by_normal=True), section, p, FREE_COILED)
     assert square.cost < 0.8 * along_n.cost
     assert square.pitch_px == pytest.approx(along_n.pitch_px, rel=0.01)

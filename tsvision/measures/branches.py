@@ -12,10 +12,9 @@ from tsvision.measures.band import Band
 from tsvision.measures.helix import Edges, HelixFit, descend, fit_helix, with_relief
 from tsvision.measures.reduced import SEARCH_DIAMETER_PX, Reduced, reduced
 from tsvision.measures.relief import scan_relief
-from tsvision.measures.silhouette import COILED, KC, PHI, K
+from tsvision.measures.silhouette import FREE_COILED, KC, PHI, K
 from tsvision.measures.weigh import believed, weighed
 
-FREE = tuple(i for i in COILED if i < 8)
 LOBES_OFF = (-2, -1, 1, 2)  # a turn of the coil, that are tried, ...
 ROUNDS = 3  # ... and again from what was found
 STEPS = 5  # of a descent at reduced size
@@ -27,12 +26,12 @@ PEAKS = 6  # of that scan that are followed
 
 
 def best_branch(edges: Edges, found: HelixFit, band: Band, scale_px: float) -> HelixFit:
-    """The best of a coiled fit and of the others that their outline or the light inside suggests;
-    a straight fit is one of its kind."""
+    """The best of a coiled fit, which knows its relief, and of the others that their outline or the
+    light inside suggests; a straight fit is one of its kind."""
     if not found.coiled:
         return found
     small = reduced(edges, found.diameter_px / SEARCH_DIAMETER_PX)
-    best = with_relief(edges, found)
+    best = found
     for _ in range(ROUNDS):
         before = best
         for more in LOBES_OFF:
@@ -56,10 +55,12 @@ def _better(
 ) -> HelixFit:
     """The best of a fit and of those that follow from `starts`, (9,) each."""
     wide = 2.0 * scale_px / small.factor
-    tried = [descend(small.edges, best.section, small.down(p), FREE, wide, STEPS) for p in starts]
+    tried = [
+        descend(small.edges, best.section, small.down(p), FREE_COILED, wide, STEPS) for p in starts
+    ]
     tried.sort(key=lambda reached: reached[1])
     for p, _ in tried[:FOLLOWED]:
-        fit = fit_helix(edges, best.section, small.up(p), FREE, scale_px)
+        fit = fit_helix(edges, best.section, small.up(p), FREE_COILED, scale_px)
         fit = with_relief(edges, fit)
         if weighed(fit, expected) < DECIDED * weighed(best, expected):
             best = fit
@@ -72,11 +73,7 @@ def _lobes_off(fit: HelixFit, more: int) -> list[np.ndarray]:
     rate = fit.p[K] + more * fit.p[KC] / fit.section.lobes
     if rate + fit.p[KC] <= 0.0:
         return []
-    starts = []
-    for phase in np.linspace(0.0, 2.0 * np.pi / fit.section.fold, SCAN_PHASES, endpoint=False):
-        starts.append(fit.p.copy())
-        starts[-1][[K, PHI]] = rate, phase
-    return starts
+    return [_turned(fit, rate, phase) for phase in _phases(fit)]
 
 
 def _by_light(edges: Edges, fit: HelixFit, band: Band) -> list[np.ndarray]:
@@ -85,10 +82,18 @@ def _by_light(edges: Edges, fit: HelixFit, band: Band) -> list[np.ndarray]:
     half = 0.5 * float(edges.s_px[-1] - edges.s_px[0])
     count = int(np.clip((band.high - band.low) * half / SCAN_STEP_RAD, 3, 80)) + 1
     rates = np.linspace(band.low, band.high, count)
-    phases = np.linspace(0.0, 2.0 * np.pi / fit.section.fold, SCAN_PHASES, endpoint=False)
+    phases = _phases(fit)
     shares = scan_relief(edges.light, fit.p, fit.section, rates, phases)
-    starts = []
-    for i in np.argsort(-shares.max(axis=1))[:PEAKS]:
-        starts.append(fit.p.copy())
-        starts[-1][[K, PHI]] = rates[i], phases[int(np.argmax(shares[i]))]
-    return starts
+    most = np.argsort(-shares.max(axis=1))[:PEAKS]
+    return [_turned(fit, rates[i], phases[int(np.argmax(shares[i]))]) for i in most]
+
+
+def _phases(fit: HelixFit) -> np.ndarray:
+    return np.linspace(0.0, 2.0 * np.pi / fit.section.fold, SCAN_PHASES, endpoint=False)
+
+
+def _turned(fit: HelixFit, rate: float, phase: float) -> np.ndarray:
+    """(9,) the same coil with other strands about it."""
+    p: np.ndarray = fit.p.copy()
+    p[[K, PHI]] = rate, phase
+    return p

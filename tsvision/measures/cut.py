@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -27,7 +28,7 @@ from tsvision.measures.shading import (
     mean_profile,
 )
 from tsvision.measures.shading_fit import fit_shading
-from tsvision.measures.steep import match_steep
+from tsvision.measures.steep import gradient_of, match_steep
 from tsvision.measures.strands import Silhouette, outline
 
 LEAST_RISE = 0.3  # of the core's contrast, from the ground to within a strand
@@ -55,6 +56,11 @@ class Cut:
     saturated: float
     dim: tuple[np.ndarray, np.ndarray]
     in_colour: bool
+
+    @cached_property
+    def gradient(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of the contrast, along and across the axis: asked for by either side, if at all."""
+        return gradient_of(self.contrast)
 
 
 def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) -> Cut | None:
@@ -249,7 +255,7 @@ def _matched(
     edge, depth, residual = match_edges(cut.contrast, start, outward, shade, slope, SEARCHED_PX)
     typical = np.nanmedian(depth) if np.isfinite(depth).any() else np.nan
     if np.abs(slope).max() > MAYBE_STEEP:
-        steep = match_steep(cut.contrast, rough, outward, shade, SEARCHED_PX)
+        steep = match_steep(cut.contrast, cut.gradient, rough, outward, shade, SEARCHED_PX)
         both = zip((edge, depth, residual), steep.matched, strict=True)
         edge, depth, residual = (np.where(steep.columns, new, old) for old, new in both)
     with np.errstate(invalid="ignore"):

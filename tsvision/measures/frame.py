@@ -212,7 +212,7 @@ def _bundle_values(
         coil_pitch_mm=float(2 * np.pi / fit.p[KC]) * scale if fit.coiled else NAN,
         fit_rms_px=fit.rms_px,
     )
-    if mid is not None and mid.fit.rms_px < max(0.9, 0.05 * looks.diameter_px):
+    if mid is not None and _describes(mid, looks):
         (md, _, mt), _ = mid.fit.derived()
         row = replace(
             row,
@@ -227,11 +227,15 @@ def _bundle_values(
     return row, flags
 
 
-def _tells(near: BundleFit, looks: Looks) -> bool:
-    """Whether a fit describes its edges, and they tell the diameter at all: any wave of noise is
-    some helix."""
-    describes = near.fit.rms_px < max(0.9, 0.05 * looks.diameter_px)
-    return describes and diameter_sd_px(near.fit, looks.shading) < NO_WIDTH * near.fit.diameter_px
+def _describes(found: BundleFit, looks: Looks) -> bool:
+    """Whether a fit runs along its edges."""
+    return found.fit.rms_px < max(0.9, 0.05 * looks.diameter_px)
+
+
+def _tells(found: BundleFit, looks: Looks) -> bool:
+    """Whether it does, and the edges tell the diameter at all: any wave of noise is some helix."""
+    sd_px = diameter_sd_px(found.fit, looks.shading)
+    return _describes(found, looks) and sd_px < NO_WIDTH * found.fit.diameter_px
 
 
 def _strand_repeat(fit) -> float:

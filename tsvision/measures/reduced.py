@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsvision.measures.helix import Edges
-from tsvision.measures.silhouette import KC, PHI, PHIC, RC, RHO, SLOPE, Y0, K
+from tsvision.measures.silhouette import rescaled
 
 SEARCH_DIAMETER_PX = 16.0  # wider bundles are searched at reduced size, then fitted in full
 
@@ -22,11 +22,11 @@ class Reduced:
 
     def down(self, p: np.ndarray) -> np.ndarray:
         """Parameters (9,) of the full picture as they are here."""
-        return _rescaled(p, self.factor, self.shift)
+        return rescaled(p, self.factor, self.shift)
 
     def up(self, p: np.ndarray) -> np.ndarray:
         """Parameters (9,) found here as they are in the full picture."""
-        return _rescaled(p, 1.0 / self.factor, -self.shift / self.factor)
+        return rescaled(p, 1.0 / self.factor, -self.shift / self.factor)
 
 
 def reduced(edges: Edges, factor: float) -> Reduced:
@@ -39,7 +39,7 @@ def reduced(edges: Edges, factor: float) -> Reduced:
 
 
 def _shrunk(edges: Edges, factor: float) -> Edges:
-    """The same outline in units of `factor` px, resampled on unit spacing."""
+    """The same outline in units of `factor` px, resampled on unit spacing; without light."""
     s = edges.s_px / factor
     grid = np.arange(np.ceil(s[0]), np.floor(s[-1]) + 1e-9)
     nearest = np.clip(np.searchsorted(s, grid), 0, s.size - 1)
@@ -51,17 +51,5 @@ def _shrunk(edges: Edges, factor: float) -> Edges:
         upper_weight=edges.upper_weight[nearest],
         lower_weight=edges.lower_weight[nearest],
         blur_px=edges.blur_px / factor,
+        light=None,
     )
-
-
-def _rescaled(p: np.ndarray, factor: float, shift: float = 0.0) -> np.ndarray:
-    """Parameters in units of `factor` px; z counted from a middle `shift` px further on."""
-    q = p.copy()
-    q[PHI] += p[K] * shift
-    q[PHIC] += p[KC] * shift
-    q[Y0] += p[SLOPE] * shift
-    for i in (RHO, Y0, RC):
-        q[i] /= factor
-    for i in (K, KC):
-        q[i] *= factor
-    return q

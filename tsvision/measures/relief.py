@@ -15,7 +15,7 @@ import cv2
 import numba
 import numpy as np
 
-from tsvision.measures.silhouette import KC, PHI, RC, RHO, Y0, K, Section
+from tsvision.measures.silhouette import PHI, RHO, K, Section, rescaled
 
 SAMPLED = 0.3  # of the strand's radius: from ball to ball along a strand
 INNER_PX = 2  # from the outline on, where the ground shines in
@@ -40,7 +40,7 @@ def explained(light: np.ndarray, p: np.ndarray, section: Section, blur_px: float
     Rows lie evenly about n = 0, columns about z = 0.
     """
     factor = max(float(p[RHO]) / DRAWN_RHO_PX, 1.0)
-    small, scaled = _shrunk(light, factor), _scaled(p, factor)
+    small, scaled = _shrunk(light, factor), rescaled(p, factor)
     blur = max(float(np.hypot(blur_px / factor, SHRUNK_BLUR if factor > 1.0 else 0.0)), 0.5)
     return max(_explained(small, scaled, section, blur, side) for side in (1.0, -1.0))
 
@@ -78,7 +78,7 @@ def scan_relief(
     at reduced size, without blur, and twisted to the side to which `p` itself explains more."""
     factor = max(float(p[RHO]) / SCANNED_RHO_PX, 1.0)
     small = _shrunk(light, factor)
-    scaled = _scaled(p, factor)
+    scaled = rescaled(p, factor)
     front = _empty(small.shape)
 
     def shares(side: float, rates: np.ndarray, phases: np.ndarray) -> np.ndarray:
@@ -95,16 +95,12 @@ def _empty(shape: tuple[int, ...]) -> _Front:
     return _Front(*(np.empty(shape, dtype=np.float32) for _ in range(3)))
 
 
-def _scaled(p: np.ndarray, factor: float) -> np.ndarray:
-    scaled: np.ndarray = p.copy()
-    scaled[[RHO, Y0, RC]] /= factor
-    scaled[[K, KC]] *= factor
-    return scaled
-
-
 def _shrunk(light: np.ndarray, factor: float) -> np.ndarray:
-    """(R', M') in units of `factor` px, about the same middle; NaN as their surroundings."""
-    filled = np.where(np.isfinite(light), light, np.nanmedian(light)).astype(np.float32)
+    """(R', M') in units of `factor` px, about the same middle; NaN as the median."""
+    filled = np.array(light, dtype=np.float32)
+    unseen = ~np.isfinite(filled)
+    if unseen.any():
+        filled[unseen] = np.nanmedian(light)
     if factor <= 1.0:
         return filled
     rows, columns = light.shape

@@ -17,14 +17,14 @@ from tsvision.measures.helix import Edges, HelixFit, descend, fit_helix, with_re
 from tsvision.measures.line import line_through
 from tsvision.measures.reduced import SEARCH_DIAMETER_PX, reduced
 from tsvision.measures.silhouette import (
-    COILED,
+    FREE_COILED,
+    FREE_STRAIGHT,
     KC,
     PHI,
     PHIC,
     RC,
     RHO,
     SLOPE,
-    STRAIGHT,
     Y0,
     K,
     Section,
@@ -33,8 +33,6 @@ from tsvision.measures.silhouette import (
 from tsvision.measures.spectrum import spectrum
 from tsvision.measures.weigh import POOR, doubt, weighed
 
-_FREE_STRAIGHT = tuple(i for i in STRAIGHT if i < 8)
-_FREE_COILED = tuple(i for i in COILED if i < 8)
 # Turn by which neighbouring rates differ at the ends of a window, rad, and phases tried over one
 # repeat of the section: two strands make two lobes a turn, more make four.
 STEP_RAD, PHASES = {2: 0.7, 4: 0.45}, {2: 5, 4: 8}
@@ -194,10 +192,9 @@ def _search(
 ) -> HelixFit | None:
     if not bases:
         return None
-    free = _FREE_COILED if coiled else _FREE_STRAIGHT
-    factor = max(1.0, 2.0 * bases[0][RHO] * section.diameter_d / SEARCH_DIAMETER_PX)
-    small = reduced(edges, factor)
-    coarse = small.edges
+    free = FREE_COILED if coiled else FREE_STRAIGHT
+    small = reduced(edges, 2.0 * bases[0][RHO] * section.diameter_d / SEARCH_DIAMETER_PX)
+    coarse, factor = small.edges, small.factor
     half = 0.5 * float(coarse.s_px[-1] - coarse.s_px[0])
     starts: list[tuple[float, np.ndarray]] = []
     for base, band in zip(bases, bands, strict=True):

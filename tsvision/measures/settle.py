@@ -91,7 +91,7 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> Edg
         look.shading[0].blur_px,
         bright,
         shape_of(each),
-        grooved=section.radius_d.size > 2 and not fits[0].cut.in_colour,
+        grooved=section.count > 2 and not fits[0].cut.in_colour,
     )
     moved_px = float(np.abs(places_px).max())
     return EdgeLook((upper, lower), diameter, trust_of(each), steady, moved_px)

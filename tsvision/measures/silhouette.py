@@ -29,6 +29,8 @@ RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE = range(9)
 PARAMETERS = 9
 STRAIGHT = (RHO, K, PHI, Y0, SLOPE, EDGE)
 COILED = (RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE)
+# What a fit is free in while the edges' own place is known.
+FREE_STRAIGHT, FREE_COILED = STRAIGHT[:-1], COILED[:-1]
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,11 @@ class Section:
         return self.radius_d[corners], self.angle_rad[corners]
 
     @property
+    def count(self) -> int:
+        """Strands."""
+        return len(self.radius_d)
+
+    @property
     def lobes(self) -> int:
         """Lobes of either edge that one turn of the strands makes, roughly alike."""
         return 2 if len(self.outer[0]) <= 2 else 4
@@ -66,7 +73,7 @@ class Section:
     @property
     def fold(self) -> int:
         """Times that one turn repeats the section."""
-        return 1 if len(self.radius_d) % 2 else 2
+        return 1 if self.count % 2 else 2
 
     def variants(self) -> tuple[Section, ...]:
         """The section and its mirror image, where that is another section whichever way it is
@@ -201,6 +208,17 @@ def gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cov
     out[6] = z * y_theta + d_kappa * p[5]
     out[7] = y_theta
     out[8] = sense
+
+
+def rescaled(p: np.ndarray, factor: float, shift: float = 0.0) -> np.ndarray:
+    """Parameters (9,) in units of `factor` px; z counted from a middle `shift` px further on."""
+    q: np.ndarray = p.copy()
+    q[PHI] += p[K] * shift
+    q[PHIC] += p[KC] * shift
+    q[Y0] += p[SLOPE] * shift
+    q[[RHO, Y0, RC]] /= factor
+    q[[K, KC]] *= factor
+    return q
 
 
 def rounded_off(

@@ -28,16 +28,31 @@ class Steep(NamedTuple):
     matched: tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
+def gradient_of(contrast: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of a contrast (R, M), along and across the axis, (R, M) each, in no unit of note."""
+    smooth = cv2.GaussianBlur(contrast.astype(np.float32), (0, 0), GRADIENT_SD_PX)
+    return (
+        cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3),
+        cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3),
+    )
+
+
 def match_steep(
-    contrast: np.ndarray, rough: np.ndarray, outward: int, shading: Shading, limit_px: float
+    contrast: np.ndarray,
+    gradient: tuple[np.ndarray, np.ndarray],
+    rough: np.ndarray,
+    outward: int,
+    shading: Shading,
+    limit_px: float,
 ) -> Steep:
     """Match the shading's template square to the outline in those columns where it runs steeply.
 
-    contrast (R, M); rough (M,) rows of the rough edge, NaN to skip; outward +1 when larger rows lie
-    outside. What the match moved the edge by goes to first order into its row.
+    contrast (R, M) and its `gradient_of`; rough (M,) rows of the rough edge, NaN to skip; outward
+    +1 when larger rows lie outside. What the match moved the edge by goes to first order into its
+    row.
     """
     known = np.isfinite(rough)
-    along, across = _outwards(contrast, np.where(known, rough, 0.0))
+    along, across = _outwards(gradient, np.where(known, rough, 0.0))
     steep = known & (np.abs(along) > STEEP * np.abs(across))
     at = np.flatnonzero(steep & (np.abs(along) < STEEPEST * across * outward))
     edge, depth, residual = (np.full(rough.size, np.nan) for _ in range(3))
@@ -57,18 +72,11 @@ def match_steep(
     return Steep(steep, (edge, depth, residual))
 
 
-def _outwards(contrast: np.ndarray, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unit vector (M,), (M,) along and across the axis down the contrast's gradient at each row."""
-    smooth = cv2.GaussianBlur(contrast.astype(np.float32), (0, 0), GRADIENT_SD_PX)
-    column = np.arange(row.size, dtype=np.float32)[None]
-    parts = [
-        -cv2.remap(
-            cv2.Sobel(smooth, cv2.CV_32F, *order, ksize=3),
-            column,
-            row.astype(np.float32)[None],
-            cv2.INTER_LINEAR,
-        )[0]
-        for order in ((1, 0), (0, 1))
-    ]
-    size = np.maximum(np.hypot(*parts), 1e-9)
-    return parts[0] / size, parts[1] / size
+def _outwards(
+    gradient: tuple[np.ndarray, np.ndarray], row: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vector (M,), (M,) along and across the axis, down the gradient at each row."""
+    at = np.arange(row.size, dtype=np.float32)[None], row.astype(np.float32)[None]
+    along, across = (-cv2.remap(part, *at, cv2.INTER_LINEAR)[0] for part in gradient)
+    size = np.maximum(np.hypot(along, across), 1e-9)
+    return along / size, across / size

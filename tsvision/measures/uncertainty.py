@@ -32,7 +32,7 @@ UNSURE_DIAMETER, UNSURE_PITCH = 0.04, 0.06
 def _coil_sds(fit: HelixFit) -> tuple[float, float]:
     """Shares of D and of the pitch by which a coil leads them astray."""
     d = pitch = 0.0
-    if fit.coiled and fit.section.radius_d.size > 2:
+    if fit.coiled and fit.section.count > 2:
         d, pitch = BENT_DIAMETER, BENT_PITCH
     if unsure(fit):
         d, pitch = float(np.hypot(d, UNSURE_DIAMETER)), float(np.hypot(pitch, UNSURE_PITCH))
