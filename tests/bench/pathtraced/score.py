@@ -15,6 +15,8 @@ turns           turns seen in the picture minus the motor's: rms in turns where 
 cover           share of frames whose 95 % interval holds D (px), pitch (mm), β, turns
 edge_px         median, and 90th percentile of the size, of half the silhouette's width error
 ms              median time a frame
+
+The last line: rms and median over the recordings of D_px and of D_coil.
 """
 
 from __future__ import annotations
@@ -218,6 +220,20 @@ def summary(scored: Scored) -> dict[str, str]:
     }
 
 
+def over_all(scores: list[Scored]) -> str:
+    """rms and median over recordings of what stands in the columns of D."""
+    parts = []
+    for name, coiled in (("D_px", False), ("D_coil", True)):
+        each = pd.Series(
+            [
+                rms(s.frames.loc[s.frames["true"] & (s.frames["coiled"] == coiled), "D_px"])
+                for s in scores
+            ]
+        )
+        parts.append(f"{name} rms {rms(each):.2f}, median {each.median():.2f}")
+    return f"over {len(scores)} recordings: " + "; ".join(parts)
+
+
 def recordings(folders: list[Path], only: list[str]) -> list[Path]:
     """Folders that hold a truth.json (a recording still being rendered has none yet)."""
     found = []
@@ -247,6 +263,7 @@ def main() -> None:
     if not scores:
         parser.error("no recording with a truth.json there")
     print(pd.DataFrame([summary(s) for s in scores]).to_string(index=False))
+    print(over_all(scores))
     if args.csv:
         named = [s.frames.assign(recording=s.name) for s in scores]
         pd.concat(named).to_csv(args.csv, index=False)
