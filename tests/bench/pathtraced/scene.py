@@ -17,6 +17,10 @@ from .rope import Rope
 RGB = tuple[float, float, float]
 
 
+LAMP_MM = 90.0  # from the target, in units of `Look.light_from`
+LAMP_UP = np.array([0.31, 0.95, 0.1])
+
+
 @dataclass(frozen=True)
 class Look:
     """Albedos and lights, linear. `backlight` > 0 makes the ground shine (a diffuser)."""
@@ -181,13 +185,13 @@ def surroundings(mi: Any, camera: Camera, look: Look, rng: np.random.Generator) 
         ground["emitter"] = {"type": "area", "radiance": bitmap(mi, lit)}
     else:
         ground["bsdf"] = {"type": "diffuse", "reflectance": bitmap(mi, tile)}
-    place = target + 90 * (np.array(look.light_from) @ basis)
-    stand = t().look_at(origin=list(place), target=list(target), up=[0.31, 0.95, 0.1])
+    place, size = lamp_stand(camera, look)
+    stand = t().look_at(origin=list(place), target=list(target), up=list(LAMP_UP))
     view = t().look_at(origin=list(camera.eye), target=list(target), up=list(basis[1]))
     fov = float(np.degrees(2 * np.arctan(camera.width / 2 / camera.focal_px)))
     return {
         "ground": ground,
-        "lamp": {"type": "rectangle", "to_world": stand.scale(look.lamp_size_mm / 2),
+        "lamp": {"type": "rectangle", "to_world": stand.scale(size / 2),
                  "emitter": {"type": "area", "radiance": rgb((look.light,) * 3)}},
         "ambient": {"type": "constant", "radiance": rgb((look.ambient,) * 3)},
         "sensor": {"type": "perspective", "fov": fov, "fov_axis": "x", "to_world": view,
@@ -196,6 +200,33 @@ def surroundings(mi: Any, camera: Camera, look: Look, rng: np.random.Generator) 
                             "pixel_format": "rgb", "rfilter": {"type": "box"}},
                    "sampler": {"type": "multijitter"}},
     }  # fmt: skip
+
+
+def lamp_stand(camera: Camera, look: Look) -> tuple[np.ndarray, float]:
+    """Where (3,) the lamp stands and its side, mm: as far as LAMP_MM where it hides nothing from
+    the camera; else farther and larger, so that as much light falls from the same side."""
+    target = np.array(camera.target_mm)
+    place = LAMP_MM * (np.array(look.light_from) @ camera.basis)
+    for factor in np.arange(1.0, 10.0, 0.1):
+        size = factor * look.lamp_size_mm
+        if not _in_view(camera, target + factor * place, size):
+            return target + factor * place, float(size)
+    raise ValueError(f"a lamp from {look.light_from} hides the strings wherever it stands")
+
+
+def _in_view(camera: Camera, place: np.ndarray, size: float) -> bool:
+    """Whether a square that faces the target is hit by what the camera looks along."""
+    facing = np.array(camera.target_mm) - place
+    facing /= np.linalg.norm(facing)
+    left = np.cross(LAMP_UP, facing)
+    left /= np.linalg.norm(left)
+    wide, high = 0.5 * camera.width / camera.focal_px, 0.5 * camera.height / camera.focal_px
+    x, y = np.meshgrid(np.linspace(-wide, wide, 31), np.linspace(-high, high, 31))
+    rays = np.stack([x, y, -np.ones_like(x)], axis=-1) @ camera.basis
+    reach = (place - camera.eye) @ facing / (rays @ facing)
+    off = camera.eye + reach[..., None] * rays - place
+    across = np.maximum(abs(off @ left), abs(off @ np.cross(facing, left)))
+    return bool(((reach > 0) & (across < 0.5 * size)).any())
 
 
 def trace(mi: Any, scene: Any, spp: int, seed: int) -> np.ndarray:
