@@ -176,3 +176,24 @@ def test_a_mean_profile_leaves_out_what_lies_far_off() -> None:
     np.testing.assert_allclose(profile.value, profile.t_px > 0.0, atol=0.03)
     assert mean_profile(t[:20], value[:20]) is None
     assert mean_profile(t[:0], value[:0]) is None
+
+
+@pytest.mark.parametrize("slope", [-0.004, 0.004])
+def test_ground_that_slopes_beside_a_dark_limb_is_not_taken_for_the_limb(slope: float) -> None:
+    """A strand lit from 60 degrees aside, whose far limb sends a twentieth of the core's light. The
+    slope, a shadow's border, may move the width by less than its sd, and by 0.2 px."""
+    rho_px, turn = 6.0, np.deg2rad(60.0)
+    offsets = offsets_for(rho_px)
+    lit, dark = (
+        tube(offsets, rho_px, 1.0, 0.05, 0.9 * np.cos(turn), sign * 0.9 * np.sin(turn))
+        for sign in (1.0, -1.0)
+    )
+    widths = []
+    for ground in (0.0, slope):
+        beside = dark + ground * np.minimum(offsets, 0.0)
+        upper, lower, places = fit_shading(
+            (seen(rho_px, lit, offsets), seen(rho_px, beside, offsets)), rho_px
+        )
+        widths.append(float(places.sum()))
+    moved = abs(widths[1] - widths[0])
+    assert moved < min(0.2, edge_model_sd_px((upper, lower)))

@@ -42,7 +42,7 @@ def fitted(strings: int, outside_px: float, phase_rad: float) -> tuple[Edges, Bu
 @pytest.mark.parametrize("outside_px", [-2.0, 0.0, 1.0])
 def test_the_shape_tells_how_far_the_edges_are_off(strings: int, outside_px: float) -> None:
     bundles = [fitted(strings, outside_px, phase) for phase in (0.2, 0.9, 1.6)]
-    told = shape_of(bundles)
+    told = shape_of(bundles, 0.0)
     taken_px = float(np.median([found.fit.diameter_px for _, found in bundles]))
     assert taken_px - DIAMETER_PX == pytest.approx(2.0 * outside_px, abs=1.0)
     assert taken_px - told.width_px == pytest.approx(DIAMETER_PX, abs=0.3)
@@ -50,14 +50,14 @@ def test_the_shape_tells_how_far_the_edges_are_off(strings: int, outside_px: flo
 
 
 def test_without_a_fit_nothing_is_told() -> None:
-    assert shape_of([]) == UNKNOWN
+    assert shape_of([], 1.0) == UNKNOWN
     assert UNKNOWN.starts() == []
 
 
 def test_edges_that_no_helix_fits_tell_nothing() -> None:
     edges, found = fitted(2, 0.0, 0.2)
     lost = replace(edges, upper_weight=0.0 * edges.s_px, lower_weight=0.0 * edges.s_px)
-    assert shape_of([(lost, found)]) == UNKNOWN
+    assert shape_of([(lost, found)], 1.0) == UNKNOWN
 
 
 def test_a_limb_without_light_is_placed_by_the_shape() -> None:
@@ -121,6 +121,6 @@ def test_a_few_widths_that_scatter_leave_few_degrees_of_freedom(
     outside_px: tuple[float, ...], is_known: bool
 ) -> None:
     phases = (0.2, 0.9, 1.6)
-    told = shape_of([fitted(2, off, at) for off, at in zip(outside_px, phases, strict=True)])
+    told = shape_of([fitted(2, off, at) for off, at in zip(outside_px, phases, strict=True)], 0.0)
     assert np.isinf(told.freedom) == is_known
     assert is_known or told.freedom < 10.0

@@ -26,10 +26,11 @@ from tsvision.measures.cut import Cut, brightness_of, edge_profiles, find_edges
 from tsvision.measures.helix import Edges
 from tsvision.measures.shading import Shading
 from tsvision.measures.shading_fit import fit_shading
-from tsvision.measures.shape import shape_of, trust_of
+from tsvision.measures.shape import FINEST_PX, shape_of, trust_of
 from tsvision.measures.silhouette import Section
+from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR
 from tsvision.measures.weigh import POOR
-from tsvision.measures.windows import near_window
+from tsvision.measures.windows import learning_windows
 
 ROUNDS = (2, 8)  # at least and at most, ...
 SETTLED_PX = 0.1  # ... until the edges' places move by no more
@@ -40,23 +41,35 @@ SHARP = 1.35  # times the sharpest frame's blur: these teach where frames differ
 class EdgeLook:
     """shading of the upper and lower edge; diameter_px of the bundles fitted; trust: how much
     either edge counts in a fit; steady: whether the frames are equally sharp; moved_px: how far the
-    edges' places went in the last round."""
+    edges' places went in the last round; strain: how far off, in squares of their sd, light and the
+    outline's shape each found the bundles that were fitted before it."""
 
     shading: tuple[Shading, Shading]
     diameter_px: float
     trust: tuple[float, float] = (1.0, 1.0)
     steady: bool = True
     moved_px: float = 0.0
+    strain: float = 0.0
 
 
 def settle(cuts: list[Cut], section: Section, first: EdgeLook, sense: int) -> EdgeLook:
     """The look of the edges in some frames, from what a first glance took them for."""
-    look = first
-    for turn in range(ROUNDS[1]):
-        look = _again(cuts, section, look, sense)
-        if turn + 1 >= ROUNDS[0] and look.moved_px < SETTLED_PX:
-            break
-    return look
+    looks = [first]
+    for turn in range(1, ROUNDS[1] + 1):
+        looks.append(_again(cuts, section, looks[-1], sense))
+        if ROUNDS[0] <= turn < ROUNDS[1] and looks[-1].moved_px < SETTLED_PX:
+            return looks[-1]
+    return _unstrained(looks[ROUNDS[0] :])
+
+
+def _unstrained(looks: list[EdgeLook]) -> EdgeLook:
+    """Of rounds that go to and fro the one that light and outline's shape contradict least, less
+    sure by as much as it had still to move the edges."""
+    best = min(looks, key=lambda look: look.strain)
+    upper, lower = (
+        replace(s, place_sd_px=float(np.hypot(s.place_sd_px, best.moved_px))) for s in best.shading
+    )
+    return replace(best, shading=(upper, lower))
 
 
 def _again(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> EdgeLook:
@@ -84,17 +97,21 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> Edg
         return replace(look, diameter_px=diameter, steady=steady, moved_px=0.0)
     bright = brightness_of([f.cut for f in fits])
     each = [(f.edges, f.bundle) for f in fits]
+    shape = shape_of(each, look.shading[0].blur_px)
     upper, lower, places_px = fit_shading(
         mean,
         rho,
         sense,
         look.shading[0].blur_px,
         bright,
-        shape_of(each),
+        shape,
         grooved=section.count > 2 and not fits[0].cut.in_colour,
     )
     moved_px = float(np.abs(places_px).max())
-    return EdgeLook((upper, lower), diameter, trust_of(each), steady, moved_px)
+    width_sd_px = EDGE_MODEL_FACTOR * float(np.hypot(upper.place_sd_px, lower.place_sd_px))
+    strain = (float(places_px.sum()) / max(width_sd_px, FINEST_PX)) ** 2
+    strain += (shape.width_px / shape.sd_px) ** 2
+    return EdgeLook((upper, lower), diameter, trust_of(each), steady, moved_px, strain)
 
 
 @dataclass(frozen=True)
@@ -113,13 +130,13 @@ def _fitted(
     fits: list[_Fitted] = []
     before = None
     for cut, edges in seen:
-        window = near_window(cut, diameter)
-        if window is None:
-            continue
-        if not coil and swing_px(edges.window(*window)) > SWINGS * diameter:
-            continue
-        fit = fit_window(edges, section, *window, diameter, float("nan"), before, coil=coil)
-        if fit is not None and fit.fit.rms_px < max(0.6, 0.03 * diameter):
+        windows = learning_windows(cut, diameter)
+        for window in windows[:1] if coil else windows:
+            if not coil and swing_px(edges.window(*window)) > SWINGS * diameter:
+                break
+            fit = fit_window(edges, section, *window, diameter, float("nan"), before, coil=coil)
+            if fit is None or fit.fit.rms_px >= max(0.6, 0.03 * diameter):
+                break
             fits.append(_Fitted(cut, edges, fit))
             before = fit if fit.fit.cost < POOR else None
     return fits

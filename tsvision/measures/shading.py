@@ -33,6 +33,10 @@ BIN_PX = 0.25
 BLUR_RANGE_PX = (0.35, 6.0)
 PLACE_RANGE_PX = (-4.5, 2.5)  # of the true edge on a profile's axis: < 0 outside the edge assumed
 OUTSIDE_PX = 5.0
+# The ground beside a strand need not be even: a shadow's border, light scattered by the bundle. So
+# much it may change a px, in units of the core's contrast; before a limb with little light of its
+# own such a slope is easily taken for the limb.
+RAMP_SD = 0.002
 
 
 @dataclass(frozen=True)
@@ -105,6 +109,13 @@ def plain_shading(rho_px: float, blur_px: float = 1.0) -> Shading:
     """A strand evenly lit with some light from the camera's side, before anything is learnt."""
     lamps = np.where(np.isclose(LAMPS_RAD, 0.0), 0.2, 0.0)
     return make_shading(rho_px, blur_px, 0.8, lamps)
+
+
+def ramps_outside(t_px: np.ndarray) -> list[np.ndarray]:
+    """Of either sign: ground that changes steadily away from the strand, 0 at its edge and inside,
+    at t_px (K,) inside the edge."""
+    ramp = np.minimum(t_px, 0.0)
+    return [ramp, -ramp]
 
 
 def inside_at(shading: Shading, level: float) -> float:

@@ -16,11 +16,13 @@ from tsvision.measures.shading import (
     BLUR_RANGE_PX,
     LAMPS_RAD,
     PLACE_RANGE_PX,
+    RAMP_SD,
     TEMPLATE_GRID_PX,
     EdgeProfile,
     Shading,
     lamp_shapes,
     make_shading,
+    ramps_outside,
 )
 from tsvision.measures.shading_lamp import fit_lamp
 from tsvision.measures.shape import UNKNOWN, Shape
@@ -102,7 +104,7 @@ def fit_shading(
 class _System:
     """The linear part: given blur and places, the light of both sides by least squares.
 
-    Unknowns of a side: ambient, the lamps, and the ground's error with either sign.
+    Unknowns of a side: ambient, the lamps, and the ground's error and slope with either sign.
     """
 
     def __init__(
@@ -122,7 +124,7 @@ class _System:
         ends = np.cumsum([0, *(p.t_px.size for p in profiles)])
         self.parts = (slice(ends[0], ends[1]), slice(ends[1], ends[2]))  # of the residuals
         lamps = LAMPS_RAD.size
-        self.unknowns = 1 + lamps + 2
+        self.unknowns = 1 + lamps + 4
         self.signs = np.array([1.0] + [float(sense)] * lamps)[:, None]
         own = np.zeros((lamps, 2 * self.unknowns))
         bright = float(np.clip(brightness, 0.02, 1.0))
@@ -132,7 +134,10 @@ class _System:
         ambient = np.zeros((2, 2 * self.unknowns))
         if sense > 0:
             ambient[[0, 1], [0, self.unknowns]] = 1.0 / AMBIENT_SD
-        self.prior = np.vstack([own, other, ambient, ties])
+        ramps = np.zeros((4, 2 * self.unknowns))
+        ramps[[0, 1], [3 + lamps, 4 + lamps]] = 1.0 / RAMP_SD
+        ramps[2:, self.unknowns :] = ramps[:2, : self.unknowns]
+        self.prior = np.vstack([own, other, ambient, ties, ramps])
         front = np.maximum(np.cos(LAMPS_RAD), 0.0)
         typical = LAMP_SHARE * bright * front / np.sum(front**2)
         expected = typical * np.sqrt(lamps) / (LAMP_SD * bright)
@@ -142,7 +147,7 @@ class _System:
                 expected,
                 expected,
                 np.full(2, AMBIENT_SHARE / AMBIENT_SD if sense > 0 else 0.0),
-                np.zeros(len(ties)),
+                np.zeros(len(ties) + len(ramps)),
             ]
         )
 
@@ -166,7 +171,8 @@ class _System:
             seen = [np.interp(p.t_px - q[1 + i], TEMPLATE_GRID_PX, shape) for shape in shapes]
             block = np.zeros((p.t_px.size, 2 * self.unknowns))
             place = slice(i * self.unknowns, (i + 1) * self.unknowns)
-            block[:, place] = np.stack([*seen, one, -one], axis=1) / sd[:, None]
+            ground = [one, -one, *ramps_outside(p.t_px - q[1 + i])]
+            block[:, place] = np.stack([*seen, *ground], axis=1) / sd[:, None]
             blocks.append(block)
         design = np.vstack([*blocks, self.prior])
         light, _ = nnls(design, self.target, maxiter=3000)

@@ -2,13 +2,14 @@
 
 In units of the core's contrast, t px inside the edge, sin phi = x = 1 - t / rho,
 
-    I(t) = ground + ambient + w max(0, cos(phi - theta)) - g h(t),
+    I(t) = ground + ambient + w max(0, cos(phi - theta)) - g h(t) + r min(t, 0),
 
 with theta and w common to both edges (the lamp of one limb's side is at -theta from the other's).
 
 The limb lies open, but further in a strand faces its neighbours: the groove between them takes
 light away, h(t) = max(0, t / rho - GROOVE_FROM)^2. Without it what falls off inwards passes for
-light from the side, and the edge of so bright a limb is sought too far in.
+light from the side, and the edge of so bright a limb is sought too far in. Outside, the ground may
+slope a little, r.
 """
 
 from __future__ import annotations
@@ -21,9 +22,11 @@ from scipy.optimize import least_squares, nnls
 from tsvision.measures.shading import (
     BLUR_RANGE_PX,
     PLACE_RANGE_PX,
+    RAMP_SD,
     TEMPLATE_GRID_PX,
     EdgeProfile,
     light_shapes,
+    ramps_outside,
 )
 
 GROOVE_FROM = 0.1  # of the radius: how far in the neighbours begin to take light away
@@ -31,6 +34,7 @@ RESOLVED = 3.0  # blurs in a strand's radius: of a thinner one no groove is told
 GROOVED_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb and more are dark
 STARTS_RAD = np.deg2rad([-45.0, 0.0, 45.0])
 FURTHEST_RAD = 1.6
+OWN, SLOPES = 6, 2  # unknowns of a side, the last of which are the ground's slopes
 
 
 @dataclass(frozen=True)
@@ -95,21 +99,24 @@ def _residuals(
     q: np.ndarray,
 ) -> np.ndarray:
     """For q = (blur, both places, theta): of both profiles, light by least squares."""
-    target = np.concatenate([p.value / s for p, s in zip(profiles, sd, strict=True)])
-    # the lamp; ambient, the ground's error and the groove of each side
-    design = np.zeros((target.size, 1 + 2 * 4))
-    first = 0
+    values = [p.value / s for p, s in zip(profiles, sd, strict=True)]
+    target = np.concatenate([*values, np.zeros(2 * SLOPES)])
+    # the lamp; ambient, the ground's error, the groove and the ground's slope of each side
+    design = np.zeros((target.size, 1 + 2 * OWN))
+    first, last = 0, target.size - 2 * SLOPES
     for side, (p, s) in enumerate(zip(profiles, sd, strict=True)):
         theta = q[3] if side == 0 else -q[3]
+        t_px = p.t_px - q[1 + side]
         shapes = light_shapes(rho_px, float(q[0]), np.array([theta]))
-        around, lit = (np.interp(p.t_px - q[1 + side], TEMPLATE_GRID_PX, shape) for shape in shapes)
-        rows = slice(first, first + p.t_px.size)
-        shaded = np.maximum((p.t_px - q[1 + side]) / rho_px - GROOVE_FROM, 0.0) ** 2
-        own = np.stack(
-            [around, np.ones_like(lit), -np.ones_like(lit), -shaded * float(grooved)], axis=1
-        )
+        around, lit = (np.interp(t_px, TEMPLATE_GRID_PX, shape) for shape in shapes)
+        rows = slice(first, first + t_px.size)
+        shaded = np.maximum(t_px / rho_px - GROOVE_FROM, 0.0) ** 2
+        one = np.ones_like(lit)
+        own = [around, one, -one, -shaded * float(grooved), *ramps_outside(t_px)]
+        ends = 1 + OWN * (side + 1)
         design[rows, 0] = lit / s
-        design[rows, 1 + 4 * side : 5 + 4 * side] = own / s[:, None]
-        first += p.t_px.size
+        design[rows, ends - OWN : ends] = np.stack(own, axis=1) / s[:, None]
+        design[last : last + SLOPES, ends - SLOPES : ends] = np.eye(SLOPES) / RAMP_SD
+        first, last = first + t_px.size, last + SLOPES
     light, _ = nnls(design, target)
     return np.asarray(design @ light - target)

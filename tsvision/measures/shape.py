@@ -20,6 +20,9 @@ from tsvision.measures.silhouette import COILED, STRAIGHT
 from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR
 
 SHARE = 0.035  # of D: how far strands that are not rigid circles lead astray
+# How far off the rounding by blur may be: of blur^2 / rho, by which it moves edges as curved as a
+# strand. Notches are more so, and what is seen there is not one limb alone.
+ROUNDED = 2.0
 # Edges of neighbouring columns are off together: a fit's own sd counts this many times.
 WIDENED = 3.0
 CONTRADICTED = 0.023  # chance: two sd of a width whose sd is known
@@ -60,8 +63,9 @@ class Shape:
 UNKNOWN = Shape(0.0, UNTOLD_PX)
 
 
-def shape_of(fitted: list[tuple[Edges, BundleFit]]) -> Shape:
-    """From the edges of some frames and the bundles fitted to them with the edges held."""
+def shape_of(fitted: list[tuple[Edges, BundleFit]], blur_px: float) -> Shape:
+    """From the edges of some frames, so blurred, and the bundles fitted to them with the edges
+    held."""
     wider, own = [], []
     for part, fit in _usable(fitted):
         upper, lower = _trust(part, fit)
@@ -73,7 +77,9 @@ def shape_of(fitted: list[tuple[Edges, BundleFit]]) -> Shape:
         return UNKNOWN
     seen, expected = 1.25 * float(np.std(wider)), WIDENED * float(np.median(own))
     scatter = max(seen, expected) / np.sqrt(len(wider))
-    model = SHARE * float(np.median([found.fit.diameter_px for _, found in fitted]))
+    width = float(np.median([found.fit.diameter_px for _, found in fitted]))
+    strand = 0.5 * width / fitted[0][1].fit.section.diameter_d
+    model = np.hypot(SHARE * width, ROUNDED * blur_px**2 / strand)
     sd_px = float(np.hypot(model, scatter))
     # Welch-Satterthwaite: what is expected beforehand has no end of degrees of freedom.
     freedom = float((len(wider) - 1) * (sd_px / scatter) ** 4) if seen > expected else np.inf

@@ -9,6 +9,7 @@ from tsvision.measures.cut import Cut
 from tsvision.measures.helix import Edges
 from tsvision.measures.line import line_through
 
+LEARNT_FROM = 4  # stretches of a straight bundle, one behind the other
 UNEVEN = 1.18  # of the baseline's half width: from here on a column belongs to a knot
 
 
@@ -46,6 +47,17 @@ def even_stretches(
         for a, b in zip(firsts, lasts, strict=True)
         if grid[b] - grid[a] > 3.2 * diameter_px
     ] or [(low_px, high_px)]
+
+
+def learning_windows(cut: Cut, diameter_px: float) -> list[tuple[float, float]]:
+    """`near_window`, and others as long behind it: light falls the same way all along."""
+    first = near_window(cut, diameter_px)
+    if first is None:
+        return []
+    length = first[1] - first[0]
+    last = float(cut.s_px[np.flatnonzero(cut.silhouette.bundle)[-1]]) - 0.3 * diameter_px
+    lows = [first[0] + i * length for i in range(LEARNT_FROM)]
+    return [(low, low + length) for low in lows if low + length <= last or low == first[0]]
 
 
 def near_window(
