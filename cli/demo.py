@@ -80,7 +80,7 @@ def _tell(recording: Path, measured: Path) -> None:
     if found["status"] == "observed":
         print(
             f"knots begin at {found['turns']:g} turns "
-            f"({found['level']:.0%} interval {found['low']:g} to {found['high']:g})"
+            f"({found['level']:.0%} interval {found['low']:.4g} to {found['high']:.4g})"
         )
     else:
         print(f"knot onset: {found['status']} up to {found['last_turns']:g} turns")
