@@ -62,6 +62,13 @@ class Cut:
         """Of the contrast, along and across the axis: asked for by either side, if at all."""
         return gradient_of(self.contrast)
 
+    @cached_property
+    def brightness(self) -> float:
+        """The core's light over its contrast with the ground."""
+        core = self.light[abs(np.arange(-self.half_px, self.half_px + 1)) <= 1]
+        level = float(np.nanpercentile(np.median(core, axis=0), 80.0))
+        return level / max(abs(self.core_level), 1e-6)
+
 
 def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) -> Cut | None:
     """Straighten one picture and outline its strings; None when there is no contrast."""
@@ -200,13 +207,8 @@ def learn_shading(cuts: list[Cut], rho_px: float, sense: int) -> tuple[Shading, 
 
 
 def brightness_of(cuts: list[Cut]) -> float:
-    """The core's light over its contrast with the ground."""
-    found = []
-    for cut in cuts:
-        core = cut.light[abs(np.arange(-cut.half_px, cut.half_px + 1)) <= 1]
-        level = float(np.nanpercentile(np.median(core, axis=0), 80.0))
-        found.append(level / max(abs(cut.core_level), 1e-6))
-    return float(np.median(found))
+    """The typical one of some cuts; asked for in every round of learning."""
+    return float(np.median([cut.brightness for cut in cuts]))
 
 
 def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:

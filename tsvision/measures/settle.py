@@ -26,14 +26,15 @@ from tsvision.measures.cut import Cut, brightness_of, edge_profiles, find_edges
 from tsvision.measures.helix import Edges
 from tsvision.measures.shading import Shading
 from tsvision.measures.shading_fit import fit_shading
-from tsvision.measures.shape import FINEST_PX, shape_of, trust_of
+from tsvision.measures.shape import shape_of, trust_of
 from tsvision.measures.silhouette import Section
-from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR
+from tsvision.measures.uncertainty import light_sd_px
 from tsvision.measures.weigh import POOR
 from tsvision.measures.windows import learning_windows
 
 ROUNDS = (2, 8)  # at least and at most, ...
 SETTLED_PX = 0.1  # ... until the edges' places move by no more
+SUREST_PX = 0.05  # sd of a width: none is surer
 SHARP = 1.35  # times the sharpest frame's blur: these teach where frames differ
 
 
@@ -55,6 +56,7 @@ class EdgeLook:
 def settle(cuts: list[Cut], section: Section, first: EdgeLook, sense: int) -> EdgeLook:
     """The look of the edges in some frames, from what a first glance took them for."""
     looks = [first]
+    # What comes to rest in the last round only has wandered: it is one of those to choose from.
     for turn in range(1, ROUNDS[1] + 1):
         looks.append(_again(cuts, section, looks[-1], sense))
         if ROUNDS[0] <= turn < ROUNDS[1] and looks[-1].moved_px < SETTLED_PX:
@@ -108,8 +110,7 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> Edg
         grooved=section.count > 2 and not fits[0].cut.in_colour,
     )
     moved_px = float(np.abs(places_px).max())
-    width_sd_px = EDGE_MODEL_FACTOR * float(np.hypot(upper.place_sd_px, lower.place_sd_px))
-    strain = (float(places_px.sum()) / max(width_sd_px, FINEST_PX)) ** 2
+    strain = (float(places_px.sum()) / max(light_sd_px((upper, lower)), SUREST_PX)) ** 2
     strain += (shape.width_px / shape.sd_px) ** 2
     return EdgeLook((upper, lower), diameter, trust_of(each), steady, moved_px, strain)
 

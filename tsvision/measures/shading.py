@@ -37,6 +37,7 @@ OUTSIDE_PX = 5.0
 # much it may change a px, in units of the core's contrast; before a limb with little light of its
 # own such a slope is easily taken for the limb.
 RAMP_SD = 0.002
+RAMPS = 2  # unknowns that they are, for either sign: a light fit by nnls has no negative ones
 
 
 @dataclass(frozen=True)
@@ -116,6 +117,16 @@ def ramps_outside(t_px: np.ndarray) -> list[np.ndarray]:
     at t_px (K,) inside the edge."""
     ramp = np.minimum(t_px, 0.0)
     return [ramp, -ramp]
+
+
+def ramp_prior(own: int, common: int = 0) -> np.ndarray:
+    """Rows (2 * RAMPS, common + 2 * own) that hold both sides' slopes near 0: the last RAMPS of the
+    `own` unknowns of each, which follow those in common."""
+    rows = np.zeros((2 * RAMPS, common + 2 * own))
+    for side in range(2):
+        ends = common + own * (side + 1)
+        rows[RAMPS * side : RAMPS * (side + 1), ends - RAMPS : ends] = np.eye(RAMPS) / RAMP_SD
+    return rows
 
 
 def inside_at(shading: Shading, level: float) -> float:

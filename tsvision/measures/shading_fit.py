@@ -16,12 +16,13 @@ from tsvision.measures.shading import (
     BLUR_RANGE_PX,
     LAMPS_RAD,
     PLACE_RANGE_PX,
-    RAMP_SD,
+    RAMPS,
     TEMPLATE_GRID_PX,
     EdgeProfile,
     Shading,
     lamp_shapes,
     make_shading,
+    ramp_prior,
     ramps_outside,
 )
 from tsvision.measures.shading_lamp import fit_lamp
@@ -124,7 +125,7 @@ class _System:
         ends = np.cumsum([0, *(p.t_px.size for p in profiles)])
         self.parts = (slice(ends[0], ends[1]), slice(ends[1], ends[2]))  # of the residuals
         lamps = LAMPS_RAD.size
-        self.unknowns = 1 + lamps + 4
+        self.unknowns = 1 + lamps + 2 + RAMPS
         self.signs = np.array([1.0] + [float(sense)] * lamps)[:, None]
         own = np.zeros((lamps, 2 * self.unknowns))
         bright = float(np.clip(brightness, 0.02, 1.0))
@@ -134,10 +135,7 @@ class _System:
         ambient = np.zeros((2, 2 * self.unknowns))
         if sense > 0:
             ambient[[0, 1], [0, self.unknowns]] = 1.0 / AMBIENT_SD
-        ramps = np.zeros((4, 2 * self.unknowns))
-        ramps[[0, 1], [3 + lamps, 4 + lamps]] = 1.0 / RAMP_SD
-        ramps[2:, self.unknowns :] = ramps[:2, : self.unknowns]
-        self.prior = np.vstack([own, other, ambient, ties, ramps])
+        self.prior = np.vstack([own, other, ambient, ties, ramp_prior(self.unknowns)])
         front = np.maximum(np.cos(LAMPS_RAD), 0.0)
         typical = LAMP_SHARE * bright * front / np.sum(front**2)
         expected = typical * np.sqrt(lamps) / (LAMP_SD * bright)
@@ -147,7 +145,7 @@ class _System:
                 expected,
                 expected,
                 np.full(2, AMBIENT_SHARE / AMBIENT_SD if sense > 0 else 0.0),
-                np.zeros(len(ties) + len(ramps)),
+                np.zeros(len(ties) + 2 * RAMPS),
             ]
         )
 

@@ -22,10 +22,11 @@ from scipy.optimize import least_squares, nnls
 from tsvision.measures.shading import (
     BLUR_RANGE_PX,
     PLACE_RANGE_PX,
-    RAMP_SD,
+    RAMPS,
     TEMPLATE_GRID_PX,
     EdgeProfile,
     light_shapes,
+    ramp_prior,
     ramps_outside,
 )
 
@@ -34,7 +35,7 @@ RESOLVED = 3.0  # blurs in a strand's radius: of a thinner one no groove is told
 GROOVED_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb and more are dark
 STARTS_RAD = np.deg2rad([-45.0, 0.0, 45.0])
 FURTHEST_RAD = 1.6
-OWN, SLOPES = 6, 2  # unknowns of a side, the last of which are the ground's slopes
+OWN = 4 + RAMPS  # unknowns of a side, the last of which are the ground's slopes
 
 
 @dataclass(frozen=True)
@@ -99,11 +100,10 @@ def _residuals(
     q: np.ndarray,
 ) -> np.ndarray:
     """For q = (blur, both places, theta): of both profiles, light by least squares."""
-    values = [p.value / s for p, s in zip(profiles, sd, strict=True)]
-    target = np.concatenate([*values, np.zeros(2 * SLOPES)])
+    target = np.concatenate([p.value / s for p, s in zip(profiles, sd, strict=True)])
     # the lamp; ambient, the ground's error, the groove and the ground's slope of each side
     design = np.zeros((target.size, 1 + 2 * OWN))
-    first, last = 0, target.size - 2 * SLOPES
+    first = 0
     for side, (p, s) in enumerate(zip(profiles, sd, strict=True)):
         theta = q[3] if side == 0 else -q[3]
         t_px = p.t_px - q[1 + side]
@@ -116,7 +116,8 @@ def _residuals(
         ends = 1 + OWN * (side + 1)
         design[rows, 0] = lit / s
         design[rows, ends - OWN : ends] = np.stack(own, axis=1) / s[:, None]
-        design[last : last + SLOPES, ends - SLOPES : ends] = np.eye(SLOPES) / RAMP_SD
-        first, last = first + t_px.size, last + SLOPES
+        first += t_px.size
+    design = np.vstack([design, ramp_prior(OWN, common=1)])
+    target = np.concatenate([target, np.zeros(2 * RAMPS)])
     light, _ = nnls(design, target)
     return np.asarray(design @ light - target)

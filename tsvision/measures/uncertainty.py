@@ -43,12 +43,16 @@ def _widening(fit: HelixFit) -> float:
     return float(max(1.0, CORRELATION_SHARE * 2.0 * fit.p[0]))
 
 
+def light_sd_px(shading: tuple[Shading, Shading]) -> float:
+    """Uncertainty of the width that light and shape told together, px."""
+    return float(EDGE_MODEL_FACTOR * np.hypot(shading[0].place_sd_px, shading[1].place_sd_px))
+
+
 def edge_model_sd_px(shading: tuple[Shading, Shading]) -> float:
     """Uncertainty of D from the edge model, both sides together, px."""
-    own = np.hypot(shading[0].place_sd_px, shading[1].place_sd_px)
     blur = shading[0].blur_px
     hidden = max(BLUR_SHARE, blur / max(shading[0].rho_px, 1.0)) * blur
-    return float(np.hypot(hidden, EDGE_MODEL_FACTOR * own))
+    return float(np.hypot(hidden, light_sd_px(shading)))
 
 
 def diameter_sd_px(fit: HelixFit, shading: tuple[Shading, Shading]) -> float:

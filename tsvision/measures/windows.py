@@ -55,9 +55,9 @@ def learning_windows(cut: Cut, diameter_px: float) -> list[tuple[float, float]]:
     if first is None:
         return []
     length = first[1] - first[0]
-    last = float(cut.s_px[np.flatnonzero(cut.silhouette.bundle)[-1]]) - 0.3 * diameter_px
-    lows = [first[0] + i * length for i in range(LEARNT_FROM)]
-    return [(low, low + length) for low in lows if low + length <= last or low == first[0]]
+    last = _last_px(cut, diameter_px)
+    behind = [first[0] + i * length for i in range(1, LEARNT_FROM)]
+    return [first, *((low, low + length) for low in behind if low + length <= last)]
 
 
 def near_window(
@@ -68,5 +68,10 @@ def near_window(
     if columns.size < 2.5 * diameter_px:
         return None
     low = float(cut.s_px[columns[0]]) + skip * diameter_px
-    high = min(low + length * diameter_px, float(cut.s_px[columns[-1]]) - 0.3 * diameter_px)
+    high = min(low + length * diameter_px, _last_px(cut, diameter_px))
     return (low, high) if high - low > 1.5 * diameter_px else None
+
+
+def _last_px(cut: Cut, diameter_px: float) -> float:
+    """s up to where a bundle that is in view may be fitted."""
+    return float(cut.s_px[np.flatnonzero(cut.silhouette.bundle)[-1]]) - 0.3 * diameter_px
