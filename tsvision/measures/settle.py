@@ -32,8 +32,8 @@ from tsvision.measures.uncertainty import light_sd_px
 from tsvision.measures.weigh import POOR
 from tsvision.measures.windows import learning_windows
 
-ROUNDS = (2, 8)  # at least and at most, ...
-SETTLED_PX = 0.1  # ... until the edges' places move by no more
+ROUNDS = (2, 8, 14)  # at least, at most, and at most while each moves the edges less, ...
+SETTLED_PX = 0.1  # ... until their places move by no more
 SUREST_PX = 0.05  # sd of a width: none is surer
 SHARP = 1.35  # times the sharpest frame's blur: these teach where frames differ
 
@@ -56,10 +56,11 @@ class EdgeLook:
 def settle(cuts: list[Cut], section: Section, first: EdgeLook, sense: int) -> EdgeLook:
     """The look of the edges in some frames, from what a first glance took them for."""
     looks = [first]
-    # What comes to rest in the last round only has wandered: it is one of those to choose from.
-    for turn in range(1, ROUNDS[1] + 1):
+    for turn in range(1, ROUNDS[2] + 1):
+        if turn > ROUNDS[1] and not looks[-1].moved_px < looks[-2].moved_px:
+            break
         looks.append(_again(cuts, section, looks[-1], sense))
-        if ROUNDS[0] <= turn < ROUNDS[1] and looks[-1].moved_px < SETTLED_PX:
+        if turn >= ROUNDS[0] and looks[-1].moved_px < SETTLED_PX:
             return looks[-1]
     return _unstrained(looks[ROUNDS[0] :])
 
@@ -82,15 +83,19 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> Edg
     if not fits:
         return replace(look, steady=True, moved_px=0.0)
     # Along a silhouette that does not fit the mean edge is smeared, however sharp the frame is.
-    blurs = np.array(
-        [
-            frame_blur_px(f.cut, f.bundle, look.shading) if f.bundle.fit.cost < POOR else np.nan
-            for f in fits
-        ]
+    blurs = _of_frames(
+        fits,
+        np.array(
+            [
+                frame_blur_px(f.cut, f.bundle, look.shading) if f.bundle.fit.cost < POOR else np.nan
+                for f in fits
+            ]
+        ),
     )
     steady = _steady(fits, blurs, section, look)
     if not steady:  # the sharpest tell light from blur best
-        fits = [f for f, b in zip(fits, blurs, strict=True) if not b > SHARP * np.nanmin(blurs)]
+        limit = SHARP * np.nanmin(list(blurs.values()))
+        fits = [f for f in fits if not blurs[id(f.cut)] > limit]
     fits = _best(fits)
     diameter = float(np.median([f.bundle.fit.diameter_px for f in fits]))
     rho = 0.5 * diameter / section.diameter_d
@@ -143,19 +148,38 @@ def _fitted(
     return fits
 
 
-def _steady(fits: list[_Fitted], blurs_px: np.ndarray, section: Section, look: EdgeLook) -> bool:
+def _of_frames(fits: list[_Fitted], values: np.ndarray) -> dict[int, float]:
+    """Each frame's own value, by its cut: the median of its stretches' (K,) that are known."""
+    by_cut: dict[int, list[float]] = {}
+    for f, value in zip(fits, values, strict=True):
+        of_cut = by_cut.setdefault(id(f.cut), [])
+        if np.isfinite(value):
+            of_cut.append(float(value))
+    return {cut: float(np.median(known or [np.nan])) for cut, known in by_cut.items()}
+
+
+def _steady(
+    fits: list[_Fitted], blurs_px: dict[int, float], section: Section, look: EdgeLook
+) -> bool:
     """Whether the frames are equally sharp. Light moves a blur's reading by as much as shake does:
     where readings differ, the bundle's diameters say whose they are."""
-    if not undecided(blurs_px):
-        return alike(blurs_px)
-    known = [(f, b) for f, b in zip(fits, blurs_px, strict=True) if np.isfinite(b)]
-    shared = np.array([f.bundle.fit.diameter_px for f, _ in known])
-    own = np.array([_own_diameter_px(f, b, section, look) for f, b in known])
-    return not agree_better(shared, own)
+    blurs = np.array(list(blurs_px.values()))
+    if not undecided(blurs):
+        return alike(blurs)
+    shared = _of_frames(fits, np.array([f.bundle.fit.diameter_px for f in fits]))
+    own = _of_frames(
+        fits, np.array([_own_diameter_px(f, blurs_px[id(f.cut)], section, look) for f in fits])
+    )
+    known = np.isfinite(blurs)
+    return not agree_better(
+        np.array(list(shared.values()))[known], np.array(list(own.values()))[known]
+    )
 
 
 def _own_diameter_px(found: _Fitted, blur_px: float, section: Section, look: EdgeLook) -> float:
-    """D under the frame's own blur."""
+    """D under the frame's own blur; NaN where that is not known."""
+    if not np.isfinite(blur_px):
+        return float("nan")
     edges = replace(find_edges(found.cut, with_blur(look.shading, blur_px)), trust=look.trust)
     old = found.bundle
     fit = fit_window(
