@@ -9,9 +9,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tsvision.measures.settle import EdgeLook, _unstrained
+from tests.bench.pictures48_draw import cases, draw
+from tsvision.measures import settle
+from tsvision.measures.blur import with_blur
+from tsvision.measures.recording import Measurer
+from tsvision.measures.settle import EdgeLook, _of_frames, _shifted, _unstrained
 from tsvision.measures.shading import plain_shading
 from tsvision.measures.windows import learning_windows, near_window
+from tsvision.records import Frame, Rig, Strings, View
 
 
 def bundle_of(columns: int) -> SimpleNamespace:
@@ -35,9 +40,70 @@ def test_light_is_learnt_from_stretches_one_behind_the_other(columns: int, stret
 def test_of_rounds_that_go_to_and_fro_the_least_contradicted_is_taken_and_less_sure() -> None:
     shade = replace(plain_shading(5.0), place_sd_px=0.3)
     rounds = [
-        EdgeLook((shade, shade), diameter, moved_px=moved, strain=strain)
+        EdgeLook((shade, shade), diameter, places_px=(-moved, 0.0), strain=strain)
         for diameter, moved, strain in ((21.0, 1.2, 3.0), (20.0, 0.4, 0.2), (23.0, 0.05, 1.0))
     ]
     taken = _unstrained(rounds)
     assert taken.diameter_px == 20.0
     assert taken.shading[0].place_sd_px == pytest.approx(0.5)
+
+
+class Stuck:
+    """Stands for a round of learning in which the upper edges match 1 px inside the true ones,
+    whatever the template; `sd_px` is what the light tells of that."""
+
+    def __init__(self, off_px: float, sd_px: float) -> None:
+        self.off_px, self.sd_px = off_px, sd_px
+
+    def __call__(self, _cuts: object, _section: object, look: EdgeLook, _sense: int) -> EdgeLook:
+        here = look.shading[0].beyond_px - self.off_px
+        shade = replace(plain_shading(5.0), place_sd_px=self.sd_px)
+        return EdgeLook((shade, shade), 20.0 + here, places_px=(here, 0.0))
+
+
+def shifted(monkeypatch: pytest.MonkeyPatch, stuck: Stuck, in_colour: bool = False) -> EdgeLook:
+    monkeypatch.setattr(settle, "_again", stuck)
+    cuts = [SimpleNamespace(in_colour=in_colour)]
+    first = EdgeLook((plain_shading(5.0), plain_shading(5.0)), 19.0)
+    return _shifted(cuts, None, first, 1)  # type: ignore[arg-type]
+
+
+def test_edges_that_no_template_brings_out_are_sent_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    look = shifted(monkeypatch, Stuck(1.0, 0.1))
+    assert look.shading[0].beyond_px == pytest.approx(1.0)
+    assert look.shading[1].beyond_px == 0.0
+    assert look.diameter_px == pytest.approx(20.0)
+    assert look.shading[0].place_sd_px == 0.1
+    assert with_blur(look.shading, 2.0)[0].beyond_px == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("stuck", "in_colour"), [(Stuck(1.0, 1.0), False), (Stuck(1.0, 0.1), True), (Stuck(3, 0.1), 0)]
+)
+def test_edges_stay_where_light_is_unsure_or_colour_or_far_off(
+    monkeypatch: pytest.MonkeyPatch, stuck: Stuck, in_colour: bool
+) -> None:
+    look = shifted(monkeypatch, stuck, in_colour)
+    assert look.diameter_px == 19.0
+    assert look.shading[0].beyond_px == 0.0
+
+
+def test_a_dark_limb_in_noise_is_found_where_most_columns_miss_it() -> None:
+    """Light from 42 degrees, 5 % noise: D was 1.3 px thin by the border of what is lit."""
+    case = cases(4)[21]
+    measurer = Measurer(Rig(strings=Strings(count=4), view=View(separator_side="none")))
+    picture = draw(case)
+    measurer.prime([picture])
+    assert measurer.looks is not None
+    assert measurer.looks.shading[0].beyond_px + measurer.looks.shading[1].beyond_px > 0.5
+    row = measurer.measure(Frame(0, "picture.png", picture)).row
+    assert row.diameter_px == pytest.approx(case.diameter_px, abs=0.6)
+
+
+def test_a_frame_has_one_blur_however_many_stretches_it_shows() -> None:
+    one, other, unknown = (SimpleNamespace() for _ in range(3))
+    fits = [SimpleNamespace(cut=cut) for cut in (one, one, one, other, unknown)]
+    blurs = _of_frames(fits, np.array([1.0, 2.0, np.nan, 3.0, np.nan]))  # type: ignore[arg-type]
+    assert blurs[id(one)] == 1.5
+    assert blurs[id(other)] == 3.0
+    assert np.isnan(blurs[id(unknown)])

@@ -260,6 +260,8 @@ def _matched(
         steep = match_steep(cut.contrast, cut.gradient, rough, outward, shade, SEARCHED_PX)
         both = zip((edge, depth, residual), steep.matched, strict=True)
         edge, depth, residual = (np.where(steep.columns, new, old) for old, new in both)
+    if shade.beyond_px:
+        edge = edge + outward * shade.beyond_px * np.sqrt(1.0 + np.clip(slope, -1.5, 1.5) ** 2)
     with np.errstate(invalid="ignore"):
         good = (depth > 0.3 * typical) & (depth < 3.0 * typical)
         quality = 1.0 / (1.0 + (residual / (0.12 * depth)) ** 2)

@@ -34,6 +34,7 @@ from tsvision.measures.windows import learning_windows
 
 ROUNDS = (2, 8, 14)  # at least, at most, and at most while each moves the edges less, ...
 SETTLED_PX = 0.1  # ... until their places move by no more
+SHIFTS, FURTHEST_PX = 3, 1.5  # times that edges are sent elsewhere, and how far in all
 SUREST_PX = 0.05  # sd of a width: none is surer
 SHARP = 1.35  # times the sharpest frame's blur: these teach where frames differ
 
@@ -41,16 +42,21 @@ SHARP = 1.35  # times the sharpest frame's blur: these teach where frames differ
 @dataclass(frozen=True)
 class EdgeLook:
     """shading of the upper and lower edge; diameter_px of the bundles fitted; trust: how much
-    either edge counts in a fit; steady: whether the frames are equally sharp; moved_px: how far the
-    edges' places went in the last round; strain: how far off, in squares of their sd, light and the
-    outline's shape each found the bundles that were fitted before it."""
+    either edge counts in a fit; steady: whether the frames are equally sharp; places_px: where the
+    last round saw the true edges, inside (> 0) those found by the look before it; strain: how far
+    off, in squares of their sd, light and the outline's shape each found the bundles fitted."""
 
     shading: tuple[Shading, Shading]
     diameter_px: float
     trust: tuple[float, float] = (1.0, 1.0)
     steady: bool = True
-    moved_px: float = 0.0
+    places_px: tuple[float, float] = (0.0, 0.0)
     strain: float = 0.0
+
+    @property
+    def moved_px(self) -> float:
+        """How far the edges went in the last round."""
+        return max(abs(place) for place in self.places_px)
 
 
 def settle(cuts: list[Cut], section: Section, first: EdgeLook, sense: int) -> EdgeLook:
@@ -62,17 +68,55 @@ def settle(cuts: list[Cut], section: Section, first: EdgeLook, sense: int) -> Ed
         looks.append(_again(cuts, section, looks[-1], sense))
         if turn >= ROUNDS[0] and looks[-1].moved_px < SETTLED_PX:
             return looks[-1]
-    return _unstrained(looks[ROUNDS[0] :])
+    return _shifted(cuts, section, _unstrained(looks[ROUNDS[0] :]), sense)
 
 
 def _unstrained(looks: list[EdgeLook]) -> EdgeLook:
     """Of rounds that go to and fro the one that light and outline's shape contradict least, less
     sure by as much as it had still to move the edges."""
     best = min(looks, key=lambda look: look.strain)
+    return _less_sure(best, best.moved_px)
+
+
+def _less_sure(look: EdgeLook, by_px: float) -> EdgeLook:
     upper, lower = (
-        replace(s, place_sd_px=float(np.hypot(s.place_sd_px, best.moved_px))) for s in best.shading
+        replace(s, place_sd_px=float(np.hypot(s.place_sd_px, by_px))) for s in look.shading
     )
-    return replace(best, shading=(upper, lower))
+    return replace(look, shading=(upper, lower))
+
+
+def _shifted(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> EdgeLook:
+    """The look with its edges moved to where light and shape see them, where rounds do not bring
+    them there.
+
+    Along a limb that sends little light most columns match the border of what is lit, whatever the
+    template: round after round the mean edge is seen to lie farther out. Under a template that is
+    held the edges do go where they are sent. What the light is not sure of stays where it is, and
+    so does what is told by its hue, which fades at a limb for other reasons than light does.
+    """
+    if any(cut.in_colour for cut in cuts):
+        return look
+    moved = look
+    for _ in range(SHIFTS):
+        found = _again(cuts, section, moved, sense)
+        if moved is look and found.moved_px < light_sd_px(found.shading):
+            return look
+        if found.moved_px < SETTLED_PX:
+            return moved
+        beyond = [s.beyond_px - p for s, p in zip(moved.shading, found.places_px, strict=True)]
+        if max(map(abs, beyond)) > FURTHEST_PX:
+            return look
+        upper, lower = (
+            replace(s, beyond_px=px, place_sd_px=now.place_sd_px)
+            for s, px, now in zip(moved.shading, beyond, found.shading, strict=True)
+        )
+        moved = replace(
+            moved,
+            shading=(upper, lower),
+            diameter_px=found.diameter_px - sum(found.places_px),
+            trust=found.trust,
+        )
+    return _less_sure(moved, found.moved_px)
 
 
 def _again(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> EdgeLook:
@@ -81,7 +125,7 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> Edg
     if not any(f.bundle.fit.cost < POOR for f in fits):
         fits += _fitted(seen, section, look.diameter_px, coil=True)
     if not fits:
-        return replace(look, steady=True, moved_px=0.0)
+        return replace(look, steady=True, places_px=(0.0, 0.0))
     # Along a silhouette that does not fit the mean edge is smeared, however sharp the frame is.
     blurs = _of_frames(
         fits,
@@ -101,7 +145,7 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> Edg
     rho = 0.5 * diameter / section.diameter_d
     mean = edge_profiles([f.cut for f in fits], rho, [model_rows(f.cut, f.bundle) for f in fits])
     if mean is None:
-        return replace(look, diameter_px=diameter, steady=steady, moved_px=0.0)
+        return replace(look, diameter_px=diameter, steady=steady, places_px=(0.0, 0.0))
     bright = brightness_of([f.cut for f in fits])
     each = [(f.edges, f.bundle) for f in fits]
     shape = shape_of(each, look.shading[0].blur_px)
@@ -114,10 +158,10 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> Edg
         shape,
         grooved=section.count > 2 and not fits[0].cut.in_colour,
     )
-    moved_px = float(np.abs(places_px).max())
+    upper_px, lower_px = map(float, places_px)
     strain = (float(places_px.sum()) / max(light_sd_px((upper, lower)), SUREST_PX)) ** 2
     strain += (shape.width_px / shape.sd_px) ** 2
-    return EdgeLook((upper, lower), diameter, trust_of(each), steady, moved_px, strain)
+    return EdgeLook((upper, lower), diameter, trust_of(each), steady, (upper_px, lower_px), strain)
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,8 @@ class Shading:
 
     blur_px: sd of the blur; rho_px: strand radius; ambient and lamps (13,) in units of the core's
     contrast; place_sd_px: how well the edge's place was told (both sides' in quadrature give that
-    of the width); template: the profile on the module's grid.
+    of the width); beyond_px: how much farther out the true edge lies than where the template is
+    found; template: the profile on the module's grid.
     """
 
     blur_px: float
@@ -64,6 +65,7 @@ class Shading:
     lamps: np.ndarray
     residual: float = 0.0
     place_sd_px: float = 0.0
+    beyond_px: float = 0.0
     template: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
@@ -100,10 +102,11 @@ def make_shading(
     lamps: np.ndarray,
     residual: float = 0.0,
     place_sd_px: float = 0.0,
+    beyond_px: float = 0.0,
 ) -> Shading:
     """Shading with its template; `lamps` (13,) carry their sign (< 0: they reduce the contrast)."""
     template = np.concatenate([[ambient], lamps]) @ lamp_shapes(rho_px, blur_px)
-    return Shading(blur_px, rho_px, ambient, lamps, residual, place_sd_px, template)
+    return Shading(blur_px, rho_px, ambient, lamps, residual, place_sd_px, beyond_px, template)
 
 
 def plain_shading(rho_px: float, blur_px: float = 1.0) -> Shading:

@@ -3,7 +3,8 @@
 Light that is spread over many lamps and light that comes from one explain a profile about equally
 well, with edges some tenths of a px apart: what tells them apart lies within one blur of the limb.
 Neither is known to be right, so that the place is the mean of both, weighed by how well each
-describes the profiles, and their difference enters its uncertainty.
+describes the profiles and by how common it is - rigs have a lamp, and the prior of spread light
+draws a limb with little of it inwards -, and their difference enters its uncertainty.
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ FLOOR_GROWTH = 20.0  # ... growing inwards, where neighbours shade and gleam
 REWEIGHED, REWEIGHED_BINS = 2, 9  # times, over this stretch of a profile
 RIVAL = 1.5  # times the best cost
 WIDTH_PX = 0.02  # by which a width may be off
+LAMP_ODDS = 4.0  # that one lamp lights the strings, before the profiles are seen
 LAMP_POWER = 4  # of the two misfits' ratio: the better description counts more
 
 
@@ -83,7 +85,8 @@ def fit_shading(
     if sense > 0:
         lamp = fit_lamp(profiles, system.floor, rho_px, float(q[0]), grooved)
         spread = system.misfit(q)
-        share = 1.0 / (1.0 + (lamp.misfit / max(spread, 1e-12)) ** LAMP_POWER)
+        odds = LAMP_ODDS / max(lamp.misfit / max(spread, 1e-12), 1e-3) ** LAMP_POWER
+        share = odds / (1.0 + odds)
         apart.append(abs(float((lamp.places_px - q[1:]).sum())))
         q = system.blur_at(q[0], q[1:] + share * (lamp.places_px - q[1:]))
     width_sd = float(np.hypot(width_sd, 0.5 * max(apart)))
