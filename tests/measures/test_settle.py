@@ -49,8 +49,8 @@ def test_of_rounds_that_go_to_and_fro_the_least_contradicted_is_taken_and_less_s
 
 
 class Stuck:
-    """Stands for a round of learning in which the upper edges match 1 px inside the true ones,
-    whatever the template; `sd_px` is what the light tells of that."""
+    """Stands for a round of learning in which the upper edges match `off_px` inside the true
+    ones, whatever the template; `sd_px` is how surely the light tells."""
 
     def __init__(self, off_px: float, sd_px: float) -> None:
         self.off_px, self.sd_px = off_px, sd_px
@@ -78,7 +78,8 @@ def test_edges_that_no_template_brings_out_are_sent_there(monkeypatch: pytest.Mo
 
 
 @pytest.mark.parametrize(
-    ("stuck", "in_colour"), [(Stuck(1.0, 1.0), False), (Stuck(1.0, 0.1), True), (Stuck(3, 0.1), 0)]
+    ("stuck", "in_colour"),
+    [(Stuck(1.0, 1.0), False), (Stuck(1.0, 0.1), True), (Stuck(3.0, 0.1), False)],
 )
 def test_edges_stay_where_light_is_unsure_or_colour_or_far_off(
     monkeypatch: pytest.MonkeyPatch, stuck: Stuck, in_colour: bool

@@ -15,7 +15,7 @@ from tsvision.images.masks import mask_level
 from tsvision.images.sight import Sight
 from tsvision.images.strip import Axis, cut_strip
 from tsvision.measures.dim import dim_edges
-from tsvision.measures.edges import match_edges
+from tsvision.measures.edges import match_edges, rows_per_px
 from tsvision.measures.falloff import falloff_along
 from tsvision.measures.helix import Edges
 from tsvision.measures.line import slope_of
@@ -261,7 +261,7 @@ def _matched(
         both = zip((edge, depth, residual), steep.matched, strict=True)
         edge, depth, residual = (np.where(steep.columns, new, old) for old, new in both)
     if shade.beyond_px:
-        edge = edge + outward * shade.beyond_px * np.sqrt(1.0 + np.clip(slope, -1.5, 1.5) ** 2)
+        edge = edge + outward * shade.beyond_px * rows_per_px(slope)
     with np.errstate(invalid="ignore"):
         good = (depth > 0.3 * typical) & (depth < 3.0 * typical)
         quality = 1.0 / (1.0 + (residual / (0.12 * depth)) ** 2)

@@ -138,7 +138,7 @@ def match_edges(
     columns = values.shape[1]
     edge, depth, residual = (np.empty(columns) for _ in range(3))
     outside, inside = _window_px(shading)
-    cosine = 1.0 / np.sqrt(1.0 + np.clip(slope, -1.5, 1.5) ** 2)
+    cosine = 1.0 / rows_per_px(slope)
     _match(
         values,
         start_row,
@@ -156,6 +156,11 @@ def match_edges(
         residual,
     )
     return edge, depth, residual
+
+
+def rows_per_px(slope: np.ndarray) -> np.ndarray:
+    """Rows by which an edge of this slope moves in its column for 1 px square to itself."""
+    return np.asarray(np.sqrt(1.0 + np.clip(slope, -1.5, 1.5) ** 2))
 
 
 def _window_px(shading: Shading) -> tuple[float, float]:

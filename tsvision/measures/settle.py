@@ -34,7 +34,7 @@ from tsvision.measures.windows import learning_windows
 
 ROUNDS = (2, 8, 14)  # at least, at most, and at most while each moves the edges less, ...
 SETTLED_PX = 0.1  # ... until their places move by no more
-SHIFTS, FURTHEST_PX = 3, 1.5  # times that edges are sent elsewhere, and how far in all
+SHIFTS, FURTHEST_SHIFT_PX = 3, 1.5  # times that edges are sent elsewhere, and how far in all
 SUREST_PX = 0.05  # sd of a width: none is surer
 SHARP = 1.35  # times the sharpest frame's blur: these teach where frames differ
 
@@ -104,7 +104,7 @@ def _shifted(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> E
         if found.moved_px < SETTLED_PX:
             return moved
         beyond = [s.beyond_px - p for s, p in zip(moved.shading, found.places_px, strict=True)]
-        if max(map(abs, beyond)) > FURTHEST_PX:
+        if max(map(abs, beyond)) > FURTHEST_SHIFT_PX:
             return look
         upper, lower = (
             replace(s, beyond_px=px, place_sd_px=now.place_sd_px)
@@ -214,10 +214,7 @@ def _steady(
     own = _of_frames(
         fits, np.array([_own_diameter_px(f, blurs_px[id(f.cut)], section, look) for f in fits])
     )
-    known = np.isfinite(blurs)
-    return not agree_better(
-        np.array(list(shared.values()))[known], np.array(list(own.values()))[known]
-    )
+    return not agree_better(np.array(list(shared.values())), np.array(list(own.values())))
 
 
 def _own_diameter_px(found: _Fitted, blur_px: float, section: Section, look: EdgeLook) -> float:
