@@ -55,7 +55,7 @@ class Stuck:
     def __init__(self, off_px: float, sd_px: float) -> None:
         self.off_px, self.sd_px = off_px, sd_px
 
-    def __call__(self, _cuts: object, _section: object, look: EdgeLook, _sense: int) -> EdgeLook:
+    def __call__(self, _cuts: object, _section: object, look: EdgeLook) -> EdgeLook:
         here = look.shading[0].beyond_px - self.off_px
         shade = replace(plain_shading(5.0), place_sd_px=self.sd_px)
         return EdgeLook((shade, shade), 20.0 + here, places_px=(here, 0.0))
@@ -65,7 +65,7 @@ def shifted(monkeypatch: pytest.MonkeyPatch, stuck: Stuck, in_colour: bool = Fal
     monkeypatch.setattr(settle, "_again", stuck)
     cuts = [SimpleNamespace(in_colour=in_colour)]
     first = EdgeLook((plain_shading(5.0), plain_shading(5.0)), 19.0)
-    return _shifted(cuts, None, first, 1)  # type: ignore[arg-type]
+    return _shifted(cuts, None, first)  # type: ignore[arg-type]
 
 
 def test_edges_that_no_template_brings_out_are_sent_there(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,7 +25,7 @@ def a_cut(reach: int) -> Cut:
     outline = Silhouette(-limit, limit, bundle, 20.0, np.zeros(COLUMNS, bool))
     s = np.arange(COLUMNS, dtype=float)
     none = np.full(COLUMNS, np.nan)
-    return Cut(contrast, contrast, s, HALF, outline, 1.0, 0.5, 0.01, 0.0, (none, none), False)
+    return Cut(contrast, contrast, s, HALF, outline, 1.0, 0.5, 0.01, 0.0, (none, none), False, 0.0)
 
 
 def edges(matched: int) -> Edges:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tsvision.images.cloud import central_cloud
 from tsvision.images.ground import ground_level, nan_median
 from tsvision.images.linear import LUMA_BGR, best_weights, project
 from tsvision.images.strip import Strip
@@ -11,6 +12,7 @@ from tsvision.images.strip import Strip
 OTHER_HUE = 4.0  # spreads of the ground's hue from which strings are of another
 SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are of several colours
 ACROSS = 0.4  # of the ground's light: how far strings stand out across its colour, to rely on it
+DIM = 0.4  # of the core's light: a limb's
 ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
 
 
@@ -30,15 +32,10 @@ def find_signal(strips: list[Strip], half_core: float) -> tuple[np.ndarray, floa
     inner, outer = inner[~np.isnan(inner).any(1)], outer[~np.isnan(outer).any(1)]
     if min(len(inner), len(outer)) < 10:
         return LUMA_BGR, float("nan"), False  # no ground in view beside a candidate this wide
-    everything = inner
-    # Keep to what the strings look like most of the way: separator and connector are elsewhere.
-    for _ in range(2):
-        inner = inner[_near_median(inner)]
-        outer = outer[_near_median(outer)]
-    weights, separation = best_weights(inner, outer)
-    if not many_coloured(everything, outer):
+    weights, separation = best_weights(central_cloud(inner), central_cloud(outer))
+    if not many_coloured(inner, outer):
         return weights, separation, False
-    return _shadowless(everything, outer), separation, True
+    return _shadowless(inner, outer), separation, True
 
 
 def _shadowless(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
@@ -83,11 +80,6 @@ def _hues(strings: np.ndarray, of: int, least_share: float) -> float:
     return float(np.linalg.norm(high - low))
 
 
-def _near_median(samples: np.ndarray) -> np.ndarray:
-    distance = np.linalg.norm(samples - np.median(samples, axis=0), axis=1)
-    return distance <= 2.5 * np.median(distance) + 1e-9
-
-
 def told_by_colour(weights: np.ndarray, by_distance: bool) -> bool:
     """Whether strings stand out in a hue, or across the ground's, and not by luma."""
     return by_distance or not np.array_equal(weights, LUMA_BGR)
@@ -123,6 +115,29 @@ def raw_of_black(ground: np.ndarray, weights: np.ndarray, by_distance: bool) -> 
     if by_distance:
         return float(np.linalg.norm(ground)) if np.array_equal(weights, LUMA_BGR) else 0.0
     return -float(ground @ weights) if ground.size == 3 else -float(ground[0])
+
+
+def black_contrast(
+    strings: np.ndarray, ground: np.ndarray, weights: np.ndarray, by_distance: bool
+) -> float:
+    """Contrast of a place without light, in units of that of the strings: what they show at DIM of
+    their light, drawn on to none. A weighted sum of channels goes straight there; a distance from
+    the ground's colour falls and rises again on the way, and limbs are dim but hardly ever black.
+
+    strings (n, 3): colours on the axis; ground (3,): beside it; linear light. One channel likewise.
+    """
+
+    def typical(light: float) -> float:
+        away = light * strings - ground
+        if not by_distance:
+            return float(np.mean(away @ weights if away.shape[1] == 3 else away))
+        squares = (away**2).sum(axis=1)
+        if not np.array_equal(weights, LUMA_BGR):
+            squares = np.maximum(squares - (away @ weights) ** 2, 0.0)
+        return float(np.mean(np.sqrt(squares)))
+
+    lit = typical(1.0)
+    return (typical(DIM) / lit - DIM) / (1.0 - DIM) if lit else 0.0
 
 
 def core_of(strips: list[Strip], weights: np.ndarray, width: float) -> float:

@@ -13,6 +13,8 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
+from tsvision.images.cloud import Cloud
+
 # BT.709 luma weights in OpenCV's channel order (blue, green, red), for linear light.
 LUMA_BGR = np.array([0.0722, 0.7152, 0.2126], dtype=np.float32)
 
@@ -53,14 +55,14 @@ def luma_is_enough(separation: float) -> bool:
     return separation >= 3.0
 
 
-def best_weights(strings: np.ndarray, ground: np.ndarray) -> tuple[np.ndarray, float]:
+def best_weights(strings: Cloud, ground: Cloud) -> tuple[np.ndarray, float]:
     """Channel weights (3,) and the separation (in sd) that they reach.
 
-    strings, ground: (n, 3) linear BGR samples on the bundle and beside it. Fisher's linear
-    discriminant with a ridge, so that a channel without light cannot dominate.
+    strings, ground: linear BGR colours on the bundle and beside it. Fisher's linear discriminant
+    with a ridge, so that a channel without light cannot dominate.
     """
-    difference = strings.mean(0) - ground.mean(0)
-    scatter = 0.5 * (np.cov(strings.T) + np.cov(ground.T))
+    difference = strings.mean - ground.mean
+    scatter = 0.5 * (strings.scatter + ground.scatter)
     scatter += np.eye(3) * (1e-6 + 0.02 * np.trace(scatter))
 
     def separation(w: np.ndarray) -> float:

@@ -34,7 +34,7 @@ def count_strands(
     string_px: the string's own diameter, NaN when unknown.
     """
     strand_px = sight.width_px / USUAL_WIDTH
-    shading = learn_shading(cuts, 0.5 * strand_px, sight.sense)
+    shading = learn_shading(cuts, 0.5 * strand_px)
     if shading is None:
         shading = (plain_shading(0.5 * strand_px), plain_shading(0.5 * strand_px))
     rows = []

@@ -8,7 +8,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from tsvision.images.contrast import raw_contrast, told_by_colour
+from tsvision.images.contrast import black_contrast, raw_contrast, told_by_colour
 from tsvision.images.ground import nan_median
 from tsvision.images.linear import project, to_linear
 from tsvision.images.masks import mask_level
@@ -43,7 +43,8 @@ class Cut:
     """contrast (R, M): signal minus ground over the core's contrast; light (R, M): the signal
     itself, linear; s_px (M,); half_px: n of the last row; dim: rows (M,) of the upper and lower
     borders of strands in the bundle's own shadow, NaN where none lie beyond the lit ones;
-    in_colour: contrast is one of hue, not of luma."""
+    in_colour: contrast is one of hue, not of luma; black: the contrast of a strand without light,
+    where that is known."""
 
     contrast: np.ndarray
     light: np.ndarray
@@ -56,18 +57,12 @@ class Cut:
     saturated: float
     dim: tuple[np.ndarray, np.ndarray]
     in_colour: bool
+    black: float
 
     @cached_property
     def gradient(self) -> tuple[np.ndarray, np.ndarray]:
         """Of the contrast, along and across the axis: asked for by either side, if at all."""
         return gradient_of(self.contrast)
-
-    @cached_property
-    def brightness(self) -> float:
-        """The core's light over its contrast with the ground."""
-        core = self.light[abs(np.arange(-self.half_px, self.half_px + 1)) <= 1]
-        level = float(np.nanpercentile(np.median(core, axis=0), 80.0))
-        return level / max(abs(self.core_level), 1e-6)
 
 
 def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) -> Cut | None:
@@ -85,13 +80,21 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         return None
     # With few turns the axis lies between the legs most of the way: trust the brighter columns.
     level = sight.sense * float(np.percentile(columns, 80.0))
-    steps = np.abs(np.diff(contrast[np.flatnonzero(np.abs(n) > inner)[::6]]))
+    beside = np.flatnonzero(np.abs(n) > inner)[::6]
+    steps = np.abs(np.diff(contrast[beside]))
     steps = steps[np.isfinite(steps)]
     if steps.size == 0:
         return None  # no ground in view beside an axis this wide
     ground_noise = 1.4826 * float(np.median(steps)) / 1.41
     if not np.isfinite(level) or abs(level) < max(1e-4, 1.5 * ground_noise):
         return None
+    # What is darker than the ground at a limb beside bright strings is not told from it: what is
+    # below 0 does not count as known.
+    middle = np.abs(n) <= max(0.2 * sight.width_px, 1.0)
+    channels = 1 if strip.values.ndim == 2 else 3
+    strings = strip.values[middle][contrast[middle] / level > 0.5].reshape(-1, channels)
+    ground = np.nanmedian(strip.values[beside].reshape(-1, channels), axis=0)
+    black = max(black_contrast(strings, ground, sight.weights, sight.by_distance), 0.0)
     contrast /= level * falloff_along(core / level, sight.width_px)
     cv2.patchNaNs(contrast, 0.0)
     mask = max(mask_level(contrast, inner), sight.shadow_level)
@@ -115,6 +118,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         saturated,
         dim,
         told_by_colour(sight.weights, sight.by_distance),
+        black,
     )
 
 
@@ -197,18 +201,18 @@ def edge_profiles(
     return profiles[0], profiles[1]
 
 
-def learn_shading(cuts: list[Cut], rho_px: float, sense: int) -> tuple[Shading, Shading] | None:
+def learn_shading(cuts: list[Cut], rho_px: float) -> tuple[Shading, Shading] | None:
     """Upper and lower side's shading over some frames; None when too little edge is seen."""
     profiles = edge_profiles(cuts, rho_px)
     if profiles is None:
         return None
-    upper, lower, _ = fit_shading(profiles, rho_px, sense, brightness=brightness_of(cuts))
+    upper, lower, _ = fit_shading(profiles, rho_px, black_of(cuts))
     return upper, lower
 
 
-def brightness_of(cuts: list[Cut]) -> float:
-    """The typical one of some cuts; asked for in every round of learning."""
-    return float(np.median([cut.brightness for cut in cuts]))
+def black_of(cuts: list[Cut]) -> float:
+    """The contrast of a strand without light, the typical one of some cuts."""
+    return float(np.median([cut.black for cut in cuts]))
 
 
 def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:

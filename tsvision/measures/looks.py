@@ -123,8 +123,8 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     count, sure = (given, 1.0) if given is not None else _counted(cuts, sight, rig, scale)
     section = pair_core(count)
     strand_px = sight.width_px / section.diameter_d
-    shading = learn_shading(cuts, 0.5 * strand_px, sight.sense) or _plain(0.5 * strand_px)
-    edge = settle(cuts, section, EdgeLook(shading, sight.width_px), sight.sense)
+    shading = learn_shading(cuts, 0.5 * strand_px) or _plain(0.5 * strand_px)
+    edge = settle(cuts, section, EdgeLook(shading, sight.width_px))
     shading, steady = edge.shading, edge.steady
     if told_by_colour(sight.weights, sight.by_distance):
         shading = (_in_colour(shading[0]), _in_colour(shading[1]))

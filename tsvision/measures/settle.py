@@ -22,7 +22,7 @@ from tsvision.measures.blur import (
     with_blur,
 )
 from tsvision.measures.bundle import SWINGS, BundleFit, fit_window, swing_px
-from tsvision.measures.cut import Cut, brightness_of, edge_profiles, find_edges
+from tsvision.measures.cut import Cut, black_of, edge_profiles, find_edges
 from tsvision.measures.helix import Edges
 from tsvision.measures.shading import Shading
 from tsvision.measures.shading_fit import fit_shading
@@ -59,16 +59,16 @@ class EdgeLook:
         return max(abs(place) for place in self.places_px)
 
 
-def settle(cuts: list[Cut], section: Section, first: EdgeLook, sense: int) -> EdgeLook:
+def settle(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
     """The look of the edges in some frames, from what a first glance took them for."""
     looks = [first]
     for turn in range(1, ROUNDS[2] + 1):
         if turn > ROUNDS[1] and not looks[-1].moved_px < looks[-2].moved_px:
             break
-        looks.append(_again(cuts, section, looks[-1], sense))
+        looks.append(_again(cuts, section, looks[-1]))
         if turn >= ROUNDS[0] and looks[-1].moved_px < SETTLED_PX:
             return looks[-1]
-    return _shifted(cuts, section, _unstrained(looks[ROUNDS[0] :]), sense)
+    return _shifted(cuts, section, _unstrained(looks[ROUNDS[0] :]))
 
 
 def _unstrained(looks: list[EdgeLook]) -> EdgeLook:
@@ -85,7 +85,7 @@ def _less_sure(look: EdgeLook, by_px: float) -> EdgeLook:
     return replace(look, shading=(upper, lower))
 
 
-def _shifted(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> EdgeLook:
+def _shifted(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
     """The look with its edges moved to where light and shape see them, where rounds do not bring
     them there.
 
@@ -98,7 +98,7 @@ def _shifted(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> E
         return look
     moved = look
     for _ in range(SHIFTS):
-        found = _again(cuts, section, moved, sense)
+        found = _again(cuts, section, moved)
         if moved is look and found.moved_px < light_sd_px(found.shading):
             return look
         if found.moved_px < SETTLED_PX:
@@ -119,7 +119,7 @@ def _shifted(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> E
     return _less_sure(moved, found.moved_px)
 
 
-def _again(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> EdgeLook:
+def _again(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
     seen = [(cut, replace(find_edges(cut, look.shading), trust=look.trust)) for cut in cuts]
     fits = _fitted(seen, section, look.diameter_px, coil=False)
     if not any(f.bundle.fit.cost < POOR for f in fits):
@@ -146,15 +146,13 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook, sense: int) -> Edg
     mean = edge_profiles([f.cut for f in fits], rho, [model_rows(f.cut, f.bundle) for f in fits])
     if mean is None:
         return replace(look, diameter_px=diameter, steady=steady, places_px=(0.0, 0.0))
-    bright = brightness_of([f.cut for f in fits])
     each = [(f.edges, f.bundle) for f in fits]
     shape = shape_of(each, look.shading[0].blur_px)
     upper, lower, places_px = fit_shading(
         mean,
         rho,
-        sense,
+        black_of([f.cut for f in fits]),
         look.shading[0].blur_px,
-        bright,
         shape,
         grooved=section.count > 2 and not fits[0].cut.in_colour,
     )

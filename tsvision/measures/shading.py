@@ -5,13 +5,16 @@ the edge is reached and every half-level edge lies inside the true one, by 0.5 t
 light comes from one side. t px inside the edge of a tube of radius rho the surface faces an angle
 phi from the camera, sin phi = x = 1 - t / rho, and whatever shines there, Lambert's law gives
 
-    I(t) = ground + ambient + sum over lamps of w_j max(0, cos(phi - theta_j)),   all w_j >= 0,
+    L(t) = ambient + sum over lamps of w_j max(0, cos(phi - theta_j)),   all w_j >= 0,
+    I(t) = ground + black + (1 - black) L(t),
 
-blurred by the camera. Lamps stand all around the strand, in fixed directions across it; a lamp's
-max(0, .) ends at its terminator, beyond which only the others light the limb. Light that cannot be
-negative and is spread over few directions by a prior leaves little room for ramp and place of the
-edge to trade against each other. Both limbs see the same lamps from opposite sides, nearly: the
-bundle itself hides some.
+blurred by the camera. `black` is the contrast of a strand without light, known from the ground's
+colour: strings that are told by being redder or darker than their ground do not vanish at a limb in
+the dark, and those before a bright ground (black > 1) lose contrast where they are lit. Lamps stand
+all around the strand, in fixed directions across it; a lamp's max(0, .) ends at its terminator,
+beyond which only the others light the limb. Light that cannot be negative and is spread over few
+directions by a prior leaves little room for ramp and place of the edge to trade against each other.
+Both limbs see the same lamps from opposite sides, nearly: the bundle itself hides some.
 
 The mean of many edges, aligned on the fitted silhouette, is almost free of noise; `shading_fit`
 finds light, ground, blur and the true edges' places from it.

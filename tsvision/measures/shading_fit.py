@@ -47,22 +47,21 @@ LAMP_POWER = 4  # of the two misfits' ratio: the better description counts more
 def fit_shading(
     profiles: tuple[EdgeProfile, EdgeProfile],
     rho_px: float,
-    sense: int = 1,
+    black: float = 0.0,
     blur_start_px: float = 1.0,
-    brightness: float = 1.0,
     shape: Shape = UNKNOWN,
     grooved: bool = False,
 ) -> tuple[Shading, Shading, np.ndarray]:
     """Fit both sides' mean edge profiles (upper, lower) with one blur and nearly the same lamps.
 
-    Signals in units of the core's contrast, > 0 inside. sense: +1 strings brighter than the
-    ground, -1 darker: there light reduces the contrast. brightness: the core's light over its
-    contrast; dark strings before a bright ground send little light, however it falls. shape: what
-    the outline's shape tells of both edges' places together. grooved: whether neighbours may take
-    light from a strand: more than two strands, and no hue. Returns upper and lower shading and (2,)
-    the true edges' places on the profiles' axis (negative: outside the edge assumed).
+    Signals in units of the core's contrast, > 0 inside. black: the contrast of a strand without
+    light: 0 before a black ground, more where strings are told by a hue or by being darker too,
+    above 1 before a bright ground, where light reduces the contrast. shape: what the outline's
+    shape tells of both edges' places together. grooved: whether neighbours may take light from a
+    strand: more than two strands, and no hue. Returns upper and lower shading and (2,) the true
+    edges' places on the profiles' axis (negative: outside the edge assumed).
     """
-    system = _System(profiles, rho_px, sense, brightness)
+    system = _System(profiles, rho_px, black)
     blur = float(np.clip(blur_start_px, 0.4, 5.5))
     # Where a lamp's light ends short of a limb that sends none, what is seen is the terminator:
     # the edge then lies far outside, and the fit has to be told to look there.
@@ -82,8 +81,8 @@ def fit_shading(
     # Another place that explains the profiles nearly as well cannot be ruled out.
     apart = [abs(float((f.x - fit.x)[1:].sum())) for f in fits if f.cost < RIVAL * fit.cost + 1.0]
     q = fit.x
-    if sense > 0:
-        lamp = fit_lamp(profiles, system.floor, rho_px, float(q[0]), grooved)
+    if black < 1.0:
+        lamp = fit_lamp(profiles, system.floor, rho_px, float(q[0]), black, grooved)
         spread = system.misfit(q)
         odds = LAMP_ODDS / max(lamp.misfit / max(spread, 1e-12), 1e-3) ** LAMP_POWER
         share = odds / (1.0 + odds)
@@ -92,15 +91,13 @@ def fit_shading(
     width_sd = float(np.hypot(width_sd, 0.5 * max(apart)))
     told = shape.joined(float(q[1:].sum()), width_sd)
     q, width_sd = system.fit_width(q, told.width_px), told.sd_px
-    light = system.solve(q)[0]
+    light, gain = system.solve(q)[0], 1.0 - black
     sides = []
     for i, own in enumerate(light.reshape(2, -1)):
-        lamps = sense * own[1 : 1 + LAMPS_RAD.size]
+        ambient, lamps = black + gain * float(own[0]), gain * own[1 : 1 + LAMPS_RAD.size]
         residual = system.rms(q, i)
         sides.append(
-            make_shading(
-                rho_px, float(q[0]), float(own[0]), lamps, residual, width_sd / np.sqrt(2.0)
-            )
+            make_shading(rho_px, float(q[0]), ambient, lamps, residual, width_sd / np.sqrt(2.0))
         )
     return sides[0], sides[1], q[1:]
 
@@ -108,17 +105,17 @@ def fit_shading(
 class _System:
     """The linear part: given blur and places, the light of both sides by least squares.
 
-    Unknowns of a side: ambient, the lamps, and the ground's error and slope with either sign.
+    Unknowns of a side: ambient and the lamps, over the core's light, and the ground's error and
+    slope with either sign.
     """
 
     def __init__(
         self,
         profiles: tuple[EdgeProfile, EdgeProfile],
         rho_px: float,
-        sense: int,
-        brightness: float,
+        black: float,
     ) -> None:
-        self.profiles, self.rho_px, self.sense = profiles, rho_px, sense
+        self.profiles, self.rho_px, self.black = profiles, rho_px, black
         self.sd = []
         for p in profiles:
             deep = np.maximum(p.t_px - 1.0, 0.0) / rho_px
@@ -129,25 +126,23 @@ class _System:
         self.parts = (slice(ends[0], ends[1]), slice(ends[1], ends[2]))  # of the residuals
         lamps = LAMPS_RAD.size
         self.unknowns = 1 + lamps + 2 + RAMPS
-        self.signs = np.array([1.0] + [float(sense)] * lamps)[:, None]
         own = np.zeros((lamps, 2 * self.unknowns))
-        bright = float(np.clip(brightness, 0.02, 1.0))
-        own[:, 1 : 1 + lamps] = np.eye(lamps) * np.sqrt(lamps) / (LAMP_SD * bright)
+        own[:, 1 : 1 + lamps] = np.eye(lamps) * np.sqrt(lamps) / LAMP_SD
         other = np.roll(own, self.unknowns, axis=1)
         ties = self._ties()
         ambient = np.zeros((2, 2 * self.unknowns))
-        if sense > 0:
+        if black < 1.0:
             ambient[[0, 1], [0, self.unknowns]] = 1.0 / AMBIENT_SD
         self.prior = np.vstack([own, other, ambient, ties, ramp_prior(self.unknowns)])
         front = np.maximum(np.cos(LAMPS_RAD), 0.0)
-        typical = LAMP_SHARE * bright * front / np.sum(front**2)
-        expected = typical * np.sqrt(lamps) / (LAMP_SD * bright)
+        typical = LAMP_SHARE * front / np.sum(front**2)
+        expected = typical * np.sqrt(lamps) / LAMP_SD
         self.target = np.concatenate(
             [
                 *(p.value / s for p, s in zip(profiles, self.sd, strict=True)),
                 expected,
                 expected,
-                np.full(2, AMBIENT_SHARE / AMBIENT_SD if sense > 0 else 0.0),
+                np.full(2, AMBIENT_SHARE / AMBIENT_SD if black < 1.0 else 0.0),
                 np.zeros(len(ties) + 2 * RAMPS),
             ]
         )
@@ -165,19 +160,20 @@ class _System:
 
     def solve(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Light (2 * unknowns,) and all residuals in their sd, for q = (blur, both places)."""
-        shapes = self.signs * lamp_shapes(self.rho_px, float(q[0]))
-        blocks = []
+        shapes = lamp_shapes(self.rho_px, float(q[0]))
+        blocks, target, gain = [], self.target.copy(), 1.0 - self.black
         for i, (p, sd) in enumerate(zip(self.profiles, self.sd, strict=True)):
             one = np.ones_like(p.t_px)
             seen = [np.interp(p.t_px - q[1 + i], TEMPLATE_GRID_PX, shape) for shape in shapes]
             block = np.zeros((p.t_px.size, 2 * self.unknowns))
             place = slice(i * self.unknowns, (i + 1) * self.unknowns)
+            target[self.parts[i]] -= self.black * seen[0] / sd
             ground = [one, -one, *ramps_outside(p.t_px - q[1 + i])]
-            block[:, place] = np.stack([*seen, *ground], axis=1) / sd[:, None]
+            block[:, place] = np.stack([*(gain * v for v in seen), *ground], axis=1) / sd[:, None]
             blocks.append(block)
         design = np.vstack([*blocks, self.prior])
-        light, _ = nnls(design, self.target, maxiter=3000)
-        return light, design @ light - self.target
+        light, _ = nnls(design, target, maxiter=3000)
+        return light, design @ light - target
 
     def fit(self, start: np.ndarray) -> OptimizeResult:
         """Blur and both places (3,), from a start."""

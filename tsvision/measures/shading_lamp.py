@@ -2,9 +2,10 @@
 
 In units of the core's contrast, t px inside the edge, sin phi = x = 1 - t / rho,
 
-    I(t) = ground + ambient + w max(0, cos(phi - theta)) - g h(t) + r min(t, 0),
+    I(t) = ground + black + ambient + w max(0, cos(phi - theta)) - g h(t) + r min(t, 0),
 
-with theta and w common to both edges (the lamp of one limb's side is at -theta from the other's).
+with `black` the contrast of a strand without light, theta and w common to both edges (the lamp of
+one limb's side is at -theta from the other's).
 
 The limb lies open, but further in a strand faces its neighbours: the groove between them takes
 light away, h(t) = max(0, t / rho - GROOVE_FROM)^2. Without it what falls off inwards passes for
@@ -54,16 +55,17 @@ def fit_lamp(
     sd: tuple[np.ndarray, ...],
     rho_px: float,
     blur_start_px: float,
+    black: float = 0.0,
     grooved: bool = False,
 ) -> Lamp:
     """Fit the mean profiles (upper, lower) of strands brighter than their ground, each value with
     its sd (K,). grooved: whether there may be a groove; where the lamp leaves one limb dark, none
     is told from where its light ends."""
     if grooved and rho_px > RESOLVED * blur_start_px:
-        lamp = _fit(profiles, sd, rho_px, blur_start_px, True)
+        lamp = _fit(profiles, sd, rho_px, blur_start_px, black, True)
         if abs(lamp.theta_rad) < GROOVED_RAD:
             return lamp
-    return _fit(profiles, sd, rho_px, blur_start_px, False)
+    return _fit(profiles, sd, rho_px, blur_start_px, black, False)
 
 
 def _fit(
@@ -71,10 +73,11 @@ def _fit(
     sd: tuple[np.ndarray, ...],
     rho_px: float,
     blur_start_px: float,
+    black: float,
     grooved: bool,
 ) -> Lamp:
     def off(q: np.ndarray) -> np.ndarray:
-        return _residuals(profiles, sd, rho_px, grooved, q)
+        return _residuals(profiles, sd, rho_px, black, grooved, q)
 
     ranges = (BLUR_RANGE_PX, PLACE_RANGE_PX, PLACE_RANGE_PX, (-FURTHEST_RAD, FURTHEST_RAD))
     fits = [
@@ -96,6 +99,7 @@ def _residuals(
     profiles: tuple[EdgeProfile, EdgeProfile],
     sd: tuple[np.ndarray, ...],
     rho_px: float,
+    black: float,
     grooved: bool,
     q: np.ndarray,
 ) -> np.ndarray:
@@ -110,6 +114,7 @@ def _residuals(
         shapes = light_shapes(rho_px, float(q[0]), np.array([theta]))
         around, lit = (np.interp(t_px, TEMPLATE_GRID_PX, shape) for shape in shapes)
         rows = slice(first, first + t_px.size)
+        target[rows] -= black * around / s
         shaded = np.maximum(t_px / rho_px - GROOVE_FROM, 0.0) ** 2
         one = np.ones_like(lit)
         own = [around, one, -one, -shaded * float(grooved), *ramps_outside(t_px)]
