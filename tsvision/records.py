@@ -221,11 +221,18 @@ class FrameRow:
 
 @dataclass(frozen=True)
 class FrameResult:
-    """All that one frame yields. `profile` is None when nothing was found."""
+    """All that one frame yields. `profile` is None when nothing was found; `lobes` reach as far as
+    a knot, but over less than a knot's length."""
 
     row: FrameRow
     profile: Profile | None = None
     knots: tuple[KnotSighting, ...] = ()
+    lobes: tuple[KnotSighting, ...] = ()
+
+    @property
+    def sightings(self) -> tuple[KnotSighting, ...]:
+        """What the account takes: knots, and lobes that may turn out to be a knot's."""
+        return self.knots + self.lobes
 
 
 # ------------------------------------------------------------------ events

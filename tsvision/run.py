@@ -169,7 +169,7 @@ class Stretch:
         """Take up one frame."""
         row = replace(result.row, frame=result.row.frame + self._first)
         self._rows.add(row)
-        self._sightings.add(row, result.knots)
+        self._sightings.add(row, result.sightings)
         if result.profile is not None:
             self._profiles.add(row.frame, result.profile)
 

@@ -20,6 +20,7 @@ import pandas as pd
 from synth.strands import hole_diameter_mm
 from tests.bench.onset_cases import Case, exact, name_of, onset_truth, plan, simulated
 from tests.bench.onset_peers import detectors, onset_by
+from tsvision.measures.knots import LOBE
 from tsvision.records import Actuator, Rig
 from tsvision.timeline.account import Account, account
 from tsvision.timeline.evidence import ratio_of
@@ -126,7 +127,8 @@ def knot_scores(all_measured: Iterable[Measured]) -> pd.DataFrame:
     """Knots per frame against truth: precision, recall, centre error in D, raw and as told."""
     rows = []
     for one in all_measured:
-        for kind, knots in (("as seen", one.knots), ("as told", one.told.knots)):
+        seen = one.knots[one.knots["confidence"] > LOBE]
+        for kind, knots in (("as seen", seen), ("as told", one.told.knots)):
             rows.append({"preset": one.case.settings.preset, "kind": kind, **_hits(one, knots)})
     table = pd.DataFrame(rows)
     parts = [("all", table), *table.groupby("preset")]

@@ -11,6 +11,7 @@ import pytest
 from tsvision.images.strip import Axis
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.helix import Edges
+from tsvision.measures.knots import LOBE
 from tsvision.measures.looks import Looks
 from tsvision.measures.outline import Outlined, add_outline
 from tsvision.records import FrameRow
@@ -83,6 +84,19 @@ def test_one_knot_stays_one(length: float) -> None:
     ((centre, seen),) = outlined([(200.0, 200.0 + length)])
     assert centre == pytest.approx(200.0 + 0.5 * length, abs=0.5 * D)
     assert seen == pytest.approx(length, abs=D)
+
+
+def test_a_single_lobe_is_no_knot_but_is_told() -> None:
+    """One crest of the coil reaches out as far as a knot's, over a third of D."""
+    plain = drawn([])
+    s = plain.s_px
+    crest = 288.0  # a crest on the upper side, in mid-zone
+    out = (16.0 - 7.0) * (np.abs(s - crest) < 0.16 * D)
+    found = seen(Edges(s, plain.upper_px + out, plain.lower_px, *[np.ones(LENGTH)] * 2), looks())
+    assert not found.knots and found.row.knot_count == 0.0
+    (lobe,) = found.lobes
+    assert lobe.centre_mm == pytest.approx(crest * MM_PER_PX, abs=0.2 * D * MM_PER_PX)
+    assert lobe.length_mm < D * MM_PER_PX and lobe.confidence == LOBE
 
 
 @pytest.mark.parametrize("end", ["separator", "connector"])

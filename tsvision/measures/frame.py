@@ -97,7 +97,7 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
     if clipped(outer, looks.sight.axis, frame.pixels.shape, looks.diameter_px):
         flags |= Flag.CLIPPED
     row = replace(row, flags=flags_to_text(flags | _not_known(looks, turns)))
-    return FrameResult(row, outlined.profile, outlined.knots), Warm(
+    return FrameResult(row, outlined.profile, outlined.knots, outlined.lobes), Warm(
         near or warm.near, mid or warm.mid, warm_slope
     )
 

@@ -32,6 +32,7 @@ BEATS = 1.4  # periods over which the envelope is closed where its baseline is r
 COMES_SHORT = 0.45
 AT_END = 1.2  # of D, from either end of what is seen: what lies there alone belongs to the end
 JOINED = 0.4  # of a coil: what stands out so near to each other is one
+LOBE = 0.2  # confidence in a knot of which a single lobe shows, too short for one by itself
 OWN_COIL = 0.7  # of a knot's own coil, over which it is closed to tell it from its neighbour
 
 
@@ -87,13 +88,16 @@ def baseline_along_px(outline: Outline) -> float:
     return baseline_px(shown)
 
 
-def knots_along(outline: Outline, base_px: float, place_px: np.ndarray) -> list[KnotSighting]:
-    """Knots with all lengths in px, centres as s of the axis. place_px (M, 2): x, y of the axis."""
+def knots_along(
+    outline: Outline, base_px: float, place_px: np.ndarray
+) -> tuple[list[KnotSighting], list[KnotSighting]]:
+    """(knots, lobes) with all lengths in px, centres as s of the axis: what reaches as far as a
+    knot must over less than a knot's length is a lobe. place_px (M, 2): x, y of the axis."""
     s_px = outline.edges.s_px
     short = COMES_SHORT * outline.diameter_px if outline.coils else 0.0
 
     def sought(closed_px: np.ndarray, gap_px: float) -> list[KnotSighting]:
-        return find_knots(
+        return standing_out(
             s_px,
             closed_px,
             outline.diameter_px,
@@ -105,15 +109,20 @@ def knots_along(outline: Outline, base_px: float, place_px: np.ndarray) -> list[
             gap_px,
         )
 
-    found: list[KnotSighting] = []
+    knots: list[KnotSighting] = []
+    lobes: list[KnotSighting] = []
     if not np.isfinite(base_px):
-        return found
-    for knot in sought(outline.tight_px, JOINED * outline.period_px):
-        if _is_an_end(outline, *knot.ends_mm):
+        return knots, lobes
+    for one in sought(outline.tight_px, JOINED * outline.period_px):
+        if _is_an_end(outline, *one.ends_mm):
             continue
-        parts = _parts(outline, *knot.ends_mm, sought)
-        found += parts if len(parts) > 1 else [knot]
-    return found
+        if one.length_mm < outline.diameter_px:
+            lobes.append(replace(one, confidence=LOBE))
+            continue
+        parts = _parts(outline, *one.ends_mm, sought)
+        parts = [part for part in parts if part.length_mm >= outline.diameter_px]
+        knots += parts if len(parts) > 1 else [one]
+    return knots, lobes
 
 
 def _is_an_end(outline: Outline, low_px: float, high_px: float) -> bool:
@@ -162,17 +171,45 @@ def find_knots(
     gap_mm: float = 0.0,
 ) -> list[KnotSighting]:
     """Intervals that stand out by the written criterion: at least 1 D long with E >= 1.15 E0 and a
-    largest E >= 1.40 D. place_px (M, 2): x, y of the axis. short_mm: by how much an interval of E
-    as one view shows it comes out short; gap_mm: intervals less than that apart are one. Any unit
-    serves for the mm arguments as long as it is the same. Confidence: how far E stands above both
-    limits, in its own sd.
+    largest E >= 1.40 D. Arguments as for `standing_out`."""
+    every = standing_out(
+        s_mm,
+        envelope_mm,
+        diameter_mm,
+        baseline_mm,
+        place_px,
+        period_mm,
+        envelope_sd_mm,
+        short_mm,
+        gap_mm,
+    )
+    return [one for one in every if one.length_mm >= diameter_mm]
+
+
+def standing_out(
+    s_mm: np.ndarray,
+    envelope_mm: np.ndarray,
+    diameter_mm: float,
+    baseline_mm: float,
+    place_px: np.ndarray,
+    period_mm: float,
+    envelope_sd_mm: float,
+    short_mm: float = 0.0,
+    gap_mm: float = 0.0,
+) -> list[KnotSighting]:
+    """Intervals, as short as may be, with E >= 1.15 E0 whose largest E is >= 1.40 D.
+
+    place_px (M, 2): x, y of the axis. short_mm: by how much an interval of E as one view shows it
+    comes out short; gap_mm: intervals less than that apart are one. Any unit serves for the mm
+    arguments as long as it is the same. Confidence: how far E stands above both limits, in its own
+    sd.
     """
     above = np.isfinite(envelope_mm) & (envelope_mm >= RISE * baseline_mm)
     found = []
     for first, last in _joined(_runs(above), s_mm, gap_mm):
         length = float(s_mm[last] - s_mm[first]) + short_mm
         top = float(np.nanmax(envelope_mm[first : last + 1]))
-        if length < diameter_mm or top < TOP * diameter_mm:
+        if top < TOP * diameter_mm:
             continue
         weight = np.clip(envelope_mm[first : last + 1] - RISE * baseline_mm, 0.0, None) + 1e-12
         centre = float((s_mm[first : last + 1] * weight).sum() / weight.sum())

@@ -25,12 +25,14 @@ COILS = 0.05  # rms swing over D from which a bundle coils
 
 
 class Outlined(NamedTuple):
-    """knot_ends_px: first and last s of each knot; envelope_px (M,): E(s) at the edges' s, closed
+    """lobes: what is too short for a knot by itself; knot_ends_px: first and last s of each knot;
+    envelope_px (M,): E(s) at the edges' s, closed
     over no more than a knot's coil."""
 
     row: FrameRow
     profile: Profile
     knots: tuple[KnotSighting, ...]
+    lobes: tuple[KnotSighting, ...]
     knot_ends_px: tuple[tuple[float, float], ...]
     envelope_px: np.ndarray
 
@@ -65,7 +67,7 @@ def add_outline(
     outline = Outline(edges, upper, lower, known, diameter, sd, period, coils)
     envelope, tight = outline.closed_px(period), outline.tight_px
     base = baseline_along_px(outline)
-    found = knots_along(outline, base, looks.sight.axis.at(edges.s_px))
+    found, lone = knots_along(outline, base, looks.sight.axis.at(edges.s_px))
     top = float(np.nanmax(envelope)) if np.isfinite(base) else NAN
     fitted = near.fit.p[RC] if near is not None and np.isfinite(row.pitch_px) else NAN
     if fitted > 0.5 * (top - diameter) + BEYOND * diameter:
@@ -85,8 +87,9 @@ def add_outline(
         knot_count=float(len(found)),
     )
     knots = tuple(_told(knot, looks) for knot in found)
+    lobes = tuple(_told(lobe, looks) for lobe in lone)
     ends = tuple(knot.ends_mm for knot in found)
-    return Outlined(row, _profile(edges, looks, envelope), knots, ends, tight)
+    return Outlined(row, _profile(edges, looks, envelope), knots, lobes, ends, tight)
 
 
 def _told(knot: KnotSighting, looks: Looks) -> KnotSighting:

@@ -41,6 +41,7 @@ from tsvision.timeline.unknown import (
     without_what_noise_hides,
 )
 from tsvision.timeline.unwinding import all_runs, ways_back
+from tsvision.timeline.young import with_young
 
 ITS_TOP = 0.9  # share of a frame's largest E from which a sighting is what sets it
 
@@ -80,8 +81,9 @@ def account(
     knots = knots if "frame" in knots else pd.DataFrame({"frame": pd.Series(dtype=int)})
     knots = in_both_units(frames, knots.reset_index(drop=True))
     order = order_frames(frames)
-    knots = told_apart(frames, knots, order)
-    tracking = track_knots(frames, knots, order, rig.actuator.twisting_zone_mm)
+    zone_mm = rig.actuator.twisting_zone_mm
+    knots = told_apart(frames, with_young(frames, knots, order, zone_mm), order)
+    tracking = track_knots(frames, knots, order, zone_mm)
     spoken = _evidence(frames, knots, tracking, rig, criteria)
     histories = infer_all(spoken, order, speak.ready_to_knot(frames))
     seen = speak.measured(frames)[order.rows]

@@ -89,7 +89,7 @@ class Live:
 
     def push(self, result: FrameResult, may_decide: bool = True) -> LiveState:
         """Take one measured frame, in the order taken."""
-        self.results.append(FrameResult(result.row, None, result.knots))
+        self.results.append(FrameResult(result.row, None, result.knots, result.lobes))
         spoken = self._evidence(result)
         ready = bool(speak.ready_to_knot(pd.DataFrame(list(self._tail)))[-1])
         self._advance(spoken, abs(result.row.turns), ready)

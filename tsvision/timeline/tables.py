@@ -18,7 +18,7 @@ def tables(results: Iterable[FrameResult]) -> tuple[pd.DataFrame, pd.DataFrame]:
     rows, sightings = [], []
     for result in results:
         rows.append(asdict(result.row))
-        for knot in result.knots:
+        for knot in result.sightings:
             sightings.append({"frame": result.row.frame, "turns": result.row.turns, **asdict(knot)})
     return (
         pd.DataFrame(rows, columns=FRAME_COLUMNS),
