@@ -92,7 +92,8 @@ def test_a_single_lobe_is_no_knot_but_is_told() -> None:
     s = plain.s_px
     crest = 288.0  # a crest on the upper side, in mid-zone
     out = (16.0 - 7.0) * (np.abs(s - crest) < 0.16 * D)
-    found = seen(Edges(s, plain.upper_px + out, plain.lower_px, *[np.ones(LENGTH)] * 2), looks())
+    ones = np.ones(LENGTH)
+    found = seen(Edges(s, plain.upper_px + out, plain.lower_px + out, ones, ones), looks())
     assert not found.knots and found.row.knot_count == 0.0
     (lobe,) = found.lobes
     assert lobe.centre_mm == pytest.approx(crest * MM_PER_PX, abs=0.2 * D * MM_PER_PX)
