@@ -60,8 +60,9 @@ def test_what_stays_one_has_merged() -> None:
 
 
 def test_one_chance_sighting_cuts_no_knot() -> None:
-    chance = [(10.0, 1.4, 0.9), (11.6, 0.6, 0.75)]
-    assert len(told([APART[:1], chance, JOINED])) == 4
+    """The knot is hardly longer than before: not by as much as what showed beside it."""
+    chance = [(10.0, 1.4, 0.9), (10.9, 0.6, 0.75)]
+    assert len(told([APART[:1], APART[:1], chance, [(10.4, 1.9, 0.9)]])) == 5
 
 
 def test_a_knot_that_grows_is_one() -> None:
@@ -71,3 +72,19 @@ def test_a_knot_that_grows_is_one() -> None:
 
 def test_nothing_seen() -> None:
     assert told([[], [], []]).empty
+
+
+SOLE: list[Sighting] = [(10.0, 1.6, 0.9)]
+BESIDE: list[Sighting] = [(10.0, 1.6, 0.9), (12.0, 0.8, 1.1)]
+PARTED: list[Sighting] = [(9.6, 0.6, 0.9), (10.45, 0.7, 0.9)]
+
+
+def test_a_young_knot_that_showed_beside_another_but_once_is_not_swallowed() -> None:
+    counts = told([SOLE, SOLE, BESIDE, JOINED, JOINED]).groupby("frame").size()
+    assert counts.tolist() == [1, 1, 2, 2, 2]
+
+
+def test_a_knot_once_seen_parted_is_whole_again() -> None:
+    """Its parts' place moves by half its length, and both together are no longer than itself."""
+    counts = told([SOLE, SOLE, PARTED, SOLE, SOLE]).groupby("frame").size()
+    assert counts.tolist() == [1, 1, 2, 1, 1]

@@ -24,10 +24,12 @@ INSIDE_D = 0.3  # how far within a sighting's ends a place must lie
 
 @dataclass(frozen=True)
 class _Held:
-    """A knot as seen last: place and size over D, how often, and how many frames ago apart."""
+    """A knot as seen last: place and size over D, its largest length, how often, and how many
+    frames ago apart."""
 
     place: float
     size: float
+    length: float
     seen: int = 1
     ago: int = 0
 
@@ -45,10 +47,10 @@ def told_apart(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> pd.Da
         seen: list[_Held] = []
         for row in rows:
             low, high = place[row] - 0.5 * length[row], place[row] + 0.5 * length[row]
-            inside = [h for h in held if low + INSIDE_D < h.place < high - INSIDE_D]
-            inside = sorted((h for h in inside if h.seen >= SEEN_OFTEN), key=lambda h: h.place)
+            inside = _within(held, float(low), float(high))
             if len(inside) < 2:
-                seen.append(_next(held, float(place[row]), float(size[row])))
+                one = _Held(float(place[row]), float(size[row]), float(length[row]))
+                seen.append(_known_before(one, held, place[rows]))
                 continue
             parts = _parts(inside, float(low), float(high), float(size[row]))
             cuts[int(row)] = parts
@@ -62,11 +64,25 @@ def told_apart(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> pd.Da
     return _with_parts(frames, knots, place, cuts) if cuts else knots
 
 
-def _next(held: list[_Held], place: float, size: float) -> _Held:
-    near = min(held, key=lambda h: abs(h.place - place), default=None)
-    if near is None or abs(near.place - place) > NEAR_D:
-        return _Held(place, size)
-    return _Held(place, size, near.seen + 1)
+def _within(held: list[_Held], low: float, high: float) -> list[_Held]:
+    """The knots between two places, along the axis: those seen often enough; or one of these and
+    what showed beside it but once, where both together are no longer than what shows now: the
+    parts of a single knot that was seen parted by chance are as long as itself and more."""
+    inside = [h for h in held if low + INSIDE_D < h.place < high - INSIDE_D]
+    inside.sort(key=lambda h: h.place)
+    known = [h for h in inside if h.seen >= SEEN_OFTEN]
+    fit = sum(h.length for h in inside) <= high - low
+    return inside if len(known) == 1 and fit else known
+
+
+def _known_before(one: _Held, held: list[_Held], places: np.ndarray) -> _Held:
+    """A sighting with what is held of its knot; of several the nearest is the knot's own."""
+    near = min(held, key=lambda h: abs(h.place - one.place), default=None)
+    if near is None or abs(near.place - one.place) > NEAR_D:
+        return one
+    if np.abs(places - near.place).min() < abs(one.place - near.place):
+        return one
+    return replace(one, length=max(one.length, near.length), seen=near.seen + 1)
 
 
 def _parts(
