@@ -9,6 +9,7 @@ import numba
 import numpy as np
 
 from tsvision.images.contrast import ROUGH, scaled_contrast, told_by_colour
+from tsvision.images.order import median
 from tsvision.images.shadow import DARKENS, DEEPEST, NO_SHADOW, Shadow, find_shadow
 from tsvision.images.strip import Axis, Strip, straight_axis
 
@@ -25,7 +26,7 @@ def mask_level(contrast: np.ndarray, inner_px: float) -> float:
     ground = ground[np.isfinite(ground)]
     if ground.size == 0:
         return MASK_LEVEL
-    spread = 1.4826 * float(np.median(np.abs(ground - np.median(ground))))
+    spread = 1.4826 * median(np.abs(ground - median(ground)))
     return float(np.clip(5.0 * spread, 0.09, MASK_LEVEL))
 
 

@@ -8,7 +8,10 @@ what stands out.
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, grey_closing, grey_opening, median_filter
+from scipy.ndimage import gaussian_filter1d, median_filter
+
+from tsvision.images.order import median, percentile
+from tsvision.measures.closing import closed, median_of_three, opened
 
 SLOWEST, FASTEST = 5.0, 0.8  # periods of a coil, in D
 FIBRE_D = 0.5  # what stands out over a shorter stretch than this, …
@@ -50,7 +53,7 @@ def reach_px(
         reach = 0.5 * diameter_px + np.abs(0.5 * (upper_px + lower_px))
         half = np.where(both, np.maximum(half, reach), half)
     filled = np.interp(s, index, half[index])[index[0] : index[-1] + 1]
-    filled = median_filter(filled, size=3, mode="nearest")
+    filled = median_of_three(filled)
     if np.isfinite(diameter_px):
         width = np.where(both, upper_px - lower_px, np.nan)[index[0] : index[-1] + 1]
         filled = _without_fibres(filled, width, diameter_px)
@@ -65,7 +68,7 @@ def closed_over(reach: np.ndarray, period_px: float) -> np.ndarray:
     if index.size:
         filled = reach[index[0] : index[-1] + 1]
         size = int(np.clip(round(period_px), 3, filled.size))
-        out[index[0] : index[-1] + 1] = 2.0 * grey_closing(filled, size=size, mode="nearest")
+        out[index[0] : index[-1] + 1] = 2.0 * closed(filled, size)
     return out
 
 
@@ -83,12 +86,10 @@ def _without_fibres(half_px: np.ndarray, width_px: np.ndarray, diameter_px: floa
         return 2 * max(round(0.5 * size * diameter_px), 1) + 1
 
     def held(values: np.ndarray) -> np.ndarray:
-        joined = grey_closing(values, size=odd(BESIDE_D), mode="nearest")
-        opened: np.ndarray = grey_opening(joined, size=odd(FIBRE_D), mode="nearest")
-        return opened
+        return opened(closed(values, odd(BESIDE_D)), odd(FIBRE_D))
 
     index, seen = np.arange(width_px.size), np.isfinite(width_px)
-    width = median_filter(np.interp(index, index[seen], width_px[seen]), size=3, mode="nearest")
+    width = median_of_three(np.interp(index, index[seen], width_px[seen]))
     plain, least = held(half_px), STANDS_OUT_D * diameter_px
     wider = (width > held(width) + least) & (width > TOO_WIDE * diameter_px)
     fibre = (half_px > plain + least) & (wider | ~seen)
@@ -113,7 +114,7 @@ def middle_swing(
     middle = np.interp(columns, both, 0.5 * (upper_px + lower_px)[both])
     middle = gaussian_filter1d(median_filter(middle, size=5, mode="nearest"), 0.08 * diameter_px)
     swing = middle - gaussian_filter1d(middle, 0.4 * SLOWEST * diameter_px, mode="nearest")
-    amplitude = float(np.sqrt(2.0) * np.median(np.abs(swing)))
+    amplitude = float(np.sqrt(2.0) * median(np.abs(swing)))
     if amplitude < 0.03 * diameter_px:
         return amplitude, float("nan")
     power = np.abs(np.fft.rfft(swing * np.hanning(swing.size), 4 * swing.size)) ** 2
@@ -124,8 +125,7 @@ def middle_swing(
 
 def baseline_px(envelope: np.ndarray) -> float:
     """E0: the 25th percentile of E(s) over the twisted part."""
-    known = envelope[np.isfinite(envelope)]
-    return float(np.percentile(known, 25.0)) if known.size else float("nan")
+    return percentile(envelope[np.isfinite(envelope)], 25.0)
 
 
 def unevenness_of(envelope: np.ndarray) -> float:

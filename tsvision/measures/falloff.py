@@ -10,6 +10,8 @@ import numba
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from tsvision.images.order import percentile
+
 WINDOW_D = 4.0  # over which the contrast is read: longer than a coil, which leaves the axis
 ON_STRINGS = 70.0  # percentile of such a window that lies on the strings
 EVEN = 0.85  # of the contrast in the brighter parts: less anywhere, and light falls off
@@ -45,5 +47,5 @@ def _levels(
     out = np.empty(places.size)
     for i in range(places.size):
         first, last = int(max(places[i] - 0.5 * window, 0.0)), int(places[i] + 0.5 * window)
-        out[i] = np.percentile(middle[first : last + 1], ON_STRINGS)
+        out[i] = percentile(middle[first : last + 1], ON_STRINGS)
     return out

@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from tsvision.images.order import median, row_medians
 from tsvision.measures.cut import Cut
 from tsvision.measures.helix import Edges
 
@@ -22,21 +23,24 @@ def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float)
     reach = max(int(half_width_px), 2)
     columns = np.arange(light.shape[1], dtype=np.float32)
     rows = centre_row[None, :] + np.arange(-reach, reach + 1)[:, None]
+    filled = light.astype(np.float32)
+    cv2.patchNaNs(filled, 0.0)
     straight = cv2.remap(
-        np.nan_to_num(light).astype(np.float32),
+        filled,
         np.broadcast_to(columns, rows.shape).astype(np.float32),
         rows.astype(np.float32),
         cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE,
     )
-    floor = max(0.02 * float(np.median(np.abs(straight))), 1e-4)
+    floor = max(0.02 * median(np.abs(straight)), 1e-4)
     log = np.log(np.maximum(straight, floor))
     log = cv2.GaussianBlur(
         log, (0, 0), sigmaX=max(0.6 * half_width_px, 0.8), sigmaY=max(0.15 * half_width_px, 0.8)
     )
     gx = 0.5 * (log[1:-1, 2:] - log[1:-1, :-2])
     gy = 0.5 * (log[2:, 1:-1] - log[:-2, 1:-1])
-    gy = gy - np.median(gy, axis=1, keepdims=True)  # the mean shading across carries no slope
+    # The mean shading across carries no slope.
+    gy = gy - row_medians(gy)[:, None].astype(np.float32)
     total = float((gx * gx + gy * gy).sum())
     # A ridge along n = m s has gx = -m gy: the product's sign is opposite to the slope's.
     return -2.0 * float((gx * gy).sum()) / total if total > 0 else 0.0

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from tsvision.images.contrast import raw_contrast
+from tsvision.images.order import median, row_medians
 from tsvision.images.sight import Sight
 from tsvision.images.strip import cut_strip
 from tsvision.measures.cut import Cut, crop
@@ -107,7 +108,8 @@ def apex_from_legs(
     away = np.concatenate([legs.upper[1] - face.middle_px, face.middle_px - legs.lower[1]])
     closed = 1.0 - away / face.half_gap_px
     each = closed / s
-    keep = np.abs(each - np.median(each)) < 0.1 * np.median(each)
+    typical = median(each)
+    keep = np.abs(each - typical) < 0.1 * typical
     inverse = float((closed * s)[keep].sum() / (s[keep] ** 2).sum())
     return face.s_px + 1.0 / inverse if inverse > 0.0 else float("nan")
 
@@ -139,7 +141,7 @@ def legs_of(
         return None
     s = strip.s_px
     if not sight.by_distance:
-        contrast = contrast - np.median(contrast, axis=0)
+        contrast = contrast - row_medians(contrast.T).astype(np.float32)
     contrast = contrast / (abs(cut.core_level) if sight.by_distance else cut.core_level)
     n = np.arange(-half, half + 1)[:, None]
     sides = []

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import grey_closing, uniform_filter1d
+from scipy.ndimage import uniform_filter1d
 
+from tsvision.images.order import percentile
+from tsvision.measures.closing import closed
 from tsvision.measures.cut import Cut
 from tsvision.measures.helix import Edges
 from tsvision.measures.line import line_through
@@ -34,10 +36,8 @@ def even_stretches(
     grid = edges.s_px[inside]
     filled = np.interp(grid, s, half)
     size = int(min(max(2.5 * diameter_px, 3), filled.size))
-    reach = uniform_filter1d(
-        grey_closing(filled, size=size, mode="nearest"), max(int(0.2 * diameter_px), 1)
-    )
-    base = float(np.percentile(reach, 25.0))
+    reach = uniform_filter1d(closed(filled, size), max(int(0.2 * diameter_px), 1))
+    base = percentile(reach, 25.0)
     pad = max(int(0.4 * diameter_px), 1)
     knotted = np.convolve(reach > UNEVEN * base, np.ones(2 * pad + 1), mode="same") > 0
     edge = np.diff(np.concatenate([[1], knotted.astype(np.int8), [1]]))
