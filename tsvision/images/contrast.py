@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tsvision.images.cloud import central_cloud
-from tsvision.images.ground import ground_level, nan_median
+from tsvision.images.ground import above_ground, nan_median
 from tsvision.images.linear import LUMA_BGR, best_weights, project
 from tsvision.images.strip import Strip
 
@@ -97,12 +97,12 @@ def raw_contrast(
     """
     if not by_distance:
         signal = project(values, weights)
-        return signal - ground_level(signal, inner_px)
+        return above_ground(signal, inner_px)
     squares = np.zeros(values.shape[:2], np.float32)
     along = np.zeros(values.shape[:2], np.float32)
     for c in range(3):
         channel = np.ascontiguousarray(values[..., c])
-        away = channel - ground_level(channel, inner_px)
+        away = above_ground(channel, inner_px)
         squares += away**2
         along += away * weights[c]
     if not np.array_equal(weights, LUMA_BGR):

@@ -21,7 +21,7 @@ from tsvision.images.axis import find_ridges
 from tsvision.images.candidates import line_of_ridge
 from tsvision.images.colour import Ground, colour_contrast, learn_ground
 from tsvision.images.contrast import straight_contrast
-from tsvision.images.ground import ground_level
+from tsvision.images.ground import above_ground
 from tsvision.images.linear import LUMA_BGR, project, to_linear
 from tsvision.images.masks import leg_columns, mask_level, single_columns, string_mask
 from tsvision.images.sight import SEARCH_PX, Sight
@@ -207,7 +207,7 @@ def cord_contrast(
     if ground is not None:
         return colour_contrast(values, ground)
     signal = project(values, weights)
-    contrast = signal - ground_level(signal, 0.9 * width_px)
+    contrast = above_ground(signal, 0.9 * width_px)
     half = values.shape[0] // 2
     core = contrast[np.abs(np.arange(-half, half + 1)) <= max(0.2 * width_px, 1.0)]
     level = float(np.nanmedian(core)) if np.isfinite(core).any() else 1.0

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-import cv2
+import numba
 import numpy as np
 
 from tsvision.images.contrast import black_contrast, raw_contrast, told_by_colour
 from tsvision.images.ground import nan_median
-from tsvision.images.linear import project, to_linear
+from tsvision.images.linear import linear_signal, project, to_linear
 from tsvision.images.masks import mask_level
+from tsvision.images.order import median, percentile
 from tsvision.images.sight import Sight
 from tsvision.images.strip import Axis, cut_strip
 from tsvision.measures.dim import dim_edges
@@ -28,13 +29,15 @@ from tsvision.measures.shading import (
     mean_profile,
 )
 from tsvision.measures.shading_fit import fit_shading
-from tsvision.measures.steep import gradient_of, match_steep
+from tsvision.measures.steep import GRADIENT_REACH_PX, gradient_of, match_steep
 from tsvision.measures.strands import Silhouette, outline
 
+GROUND_FROM = 1.35  # widths from the axis
 LEAST_RISE = 0.3  # of the core's contrast, from the ground to within a strand
 FOUND_BACK_PX = 1.5  # from how far off a match comes to the edge, ...
 SEARCHED_PX = 2.5  # ... and how far it may go
 SLOPE_SD_PX = 1.5  # over which the slope of a rough edge is told
+BLACK_STEP = 8  # columns apart that are asked what strands without light would show
 MAYBE_STEEP = 0.7  # slope of rough edges from which the outline's own direction is looked at
 
 
@@ -61,8 +64,13 @@ class Cut:
 
     @cached_property
     def gradient(self) -> tuple[np.ndarray, np.ndarray]:
-        """Of the contrast, along and across the axis: asked for by either side, if at all."""
-        return gradient_of(self.contrast)
+        """Of the contrast, along and across the axis, 0 far from the outline: asked for by either
+        side, if at all."""
+        first, last = _rows_about(self)
+        near = gradient_of(self.contrast[first:last])
+        whole = np.zeros((2, *self.contrast.shape), np.float32)
+        whole[:, first:last] = near
+        return whole[0], whole[1]
 
 
 def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) -> Cut | None:
@@ -70,7 +78,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     low, high = sight.start_px - 2.0, sight.end_px + 2.0
     linear, axis = crop(pixels, sight, low, high, half_px)
     strip = cut_strip(linear, axis, (low, high), half_px)
-    inner = 1.35 * sight.width_px
+    inner = GROUND_FROM * sight.width_px
     contrast = raw_contrast(strip.values, sight.weights, sight.by_distance, inner)
     light = project(strip.values, np.abs(sight.weights))
     n = np.arange(-half_px, half_px + 1)
@@ -79,24 +87,16 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     if columns.size == 0:
         return None
     # With few turns the axis lies between the legs most of the way: trust the brighter columns.
-    level = sight.sense * float(np.percentile(columns, 80.0))
-    beside = np.flatnonzero(np.abs(n) > inner)[::6]
-    steps = np.abs(np.diff(contrast[beside]))
+    level = sight.sense * percentile(columns, 80.0)
+    steps = np.abs(np.diff(contrast[np.flatnonzero(np.abs(n) > inner)[::6]]))
     steps = steps[np.isfinite(steps)]
     if steps.size == 0:
         return None  # no ground in view beside an axis this wide
-    ground_noise = 1.4826 * float(np.median(steps)) / 1.41
+    ground_noise = 1.4826 * median(steps) / 1.41
     if not np.isfinite(level) or abs(level) < max(1e-4, 1.5 * ground_noise):
         return None
-    # What is darker than the ground at a limb beside bright strings is not told from it: what is
-    # below 0 does not count as known.
-    middle = np.abs(n) <= max(0.2 * sight.width_px, 1.0)
-    channels = 1 if strip.values.ndim == 2 else 3
-    strings = strip.values[middle][contrast[middle] / level > 0.5].reshape(-1, channels)
-    ground = np.nanmedian(strip.values[beside].reshape(-1, channels), axis=0)
-    black = max(black_contrast(strings, ground, sight.weights, sight.by_distance), 0.0)
-    contrast /= level * falloff_along(core / level, sight.width_px)
-    cv2.patchNaNs(contrast, 0.0)
+    _scale(contrast, level * falloff_along(core / level, sight.width_px))
+    black = _black(strip.values[:, ::BLACK_STEP], contrast[:, ::BLACK_STEP], n, sight)
     mask = max(mask_level(contrast, inner), sight.shadow_level)
     silhouette = outline(contrast, sight.width_px, strand_px, 0, mask)
     # What is told by its colour, or by being darker, does not vanish where no light falls.
@@ -122,6 +122,29 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     )
 
 
+def _black(values: np.ndarray, contrast: np.ndarray, n: np.ndarray, sight: Sight) -> float:
+    """The contrast of a strand without light, from the strip's values (R, M) or (R, M, 3) on the
+    axis and beside it. What is darker than the ground at a limb beside bright strings is not told
+    from it: less than 0 does not count as known."""
+    if sight.sense > 0 and not told_by_colour(sight.weights, sight.by_distance):
+        return 0.0
+    channels = 1 if values.ndim == 2 else 3
+    middle = np.abs(n) <= max(0.2 * sight.width_px, 1.0)
+    beside = np.flatnonzero(np.abs(n) > GROUND_FROM * sight.width_px)[::6]
+    strings = values[middle][contrast[middle] > 0.5].reshape(-1, channels)
+    ground = np.nanmedian(values[beside].reshape(-1, channels), axis=0)
+    return max(black_contrast(strings, ground, sight.weights, sight.by_distance), 0.0)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _scale(contrast: np.ndarray, level: np.ndarray) -> None:  # pragma: no cover - compiled
+    """Contrast (R, M) in units of a level (M,), 0 where it is not known, in place."""
+    for r in range(contrast.shape[0]):
+        for c in range(contrast.shape[1]):
+            value = contrast[r, c] / level[c]
+            contrast[r, c] = 0.0 if np.isnan(value) else value
+
+
 def crop(
     pixels: np.ndarray, sight: Sight, low: float, high: float, half: int
 ) -> tuple[np.ndarray, Axis]:
@@ -138,10 +161,21 @@ def crop(
     if part.size == 0:
         part, x0, y0 = pixels, 0, 0
     moved = Axis(axis.points_px - np.array([x0, y0], dtype=float), axis.arc_px)
-    linear = to_linear(np.ascontiguousarray(part), sight.gamma)
     if not sight.by_distance and np.all(sight.weights >= 0.0):
-        linear = project(linear, sight.weights)
-    return linear, moved
+        return linear_signal(part, sight.weights, sight.gamma), moved
+    return to_linear(np.ascontiguousarray(part), sight.gamma), moved
+
+
+def _rows_about(cut: Cut) -> tuple[int, int]:
+    """First row, and the one after the last, that a gradient anywhere on the outline depends on."""
+    outline = np.concatenate(
+        [cut.silhouette.low + cut.half_px, cut.silhouette.high + cut.half_px, *cut.dim]
+    )
+    outline = outline[np.isfinite(outline)]
+    if not outline.size:
+        return 0, cut.contrast.shape[0]
+    far = GRADIENT_REACH_PX + 2  # an edge lies up to a row beyond, and between two of them
+    return max(int(outline.min()) - far, 0), int(outline.max()) + far + 1
 
 
 def rough_edges(cut: Cut) -> tuple[np.ndarray, np.ndarray]:
@@ -153,15 +187,14 @@ def rough_edges(cut: Cut) -> tuple[np.ndarray, np.ndarray]:
 
 def lit_edges(cut: Cut) -> tuple[np.ndarray, np.ndarray]:
     """Rows where the contrast falls through the mask level, upper and lower, (M,) each."""
-    c = np.abs(cut.contrast)
-    rows, columns = c.shape
+    rows, columns = cut.contrast.shape
     col = np.arange(columns)
     out = []
     for limit, step in ((cut.silhouette.high, 1), (cut.silhouette.low, -1)):
         known = np.isfinite(limit)
         row = np.where(known, limit, 0).astype(int) + cut.half_px
         row = np.clip(row, 1, rows - 2)
-        inside, outside = c[row, col], c[row + step, col]
+        inside, outside = (np.abs(cut.contrast[r, col]) for r in (row, row + step))
         part = np.clip((inside - cut.mask_level) / np.maximum(inside - outside, 1e-3), 0.0, 1.0)
         out.append(np.where(known, row + step * part, np.nan))
     return out[0], out[1]
@@ -259,7 +292,7 @@ def _matched(
     """Rows of the edges matched about rough ones, and their weights, 0 where none was."""
     slope = slope_of(rough, np.isfinite(rough), SLOPE_SD_PX)
     edge, depth, residual = match_edges(cut.contrast, start, outward, shade, slope, SEARCHED_PX)
-    typical = np.nanmedian(depth) if np.isfinite(depth).any() else np.nan
+    typical = median(depth[np.isfinite(depth)])
     if np.abs(slope).max() > MAYBE_STEEP:
         steep = match_steep(cut.contrast, cut.gradient, rough, outward, shade, SEARCHED_PX)
         both = zip((edge, depth, residual), steep.matched, strict=True)

@@ -11,8 +11,9 @@ from __future__ import annotations
 import cv2
 import numba
 import numpy as np
-from scipy.ndimage import grey_opening
 
+from tsvision.images.order import median, percentile
+from tsvision.measures.closing import opened
 from tsvision.measures.strands import Silhouette
 
 FALL_PX = 4  # over which a strand's border falls, whatever the lens
@@ -43,7 +44,7 @@ def dim_edges(
     none = np.full(contrast.shape[1], np.nan)
     if not lit.bundle.any():
         return none, none
-    smooth = _averaged(contrast, 3)
+    smooth = _mean_of_three(contrast)
     upper = _beyond(smooth, lit.high + half, lit.bundle, width_px, strand_px)
     lower = 2 * half - _beyond(smooth[::-1], half - lit.low, lit.bundle, width_px, strand_px)
     above, below = (float(np.isfinite(side)[lit.bundle].mean()) for side in (upper, lower))
@@ -57,6 +58,20 @@ def dim_edges(
 def _averaged(values: np.ndarray, columns: int) -> np.ndarray:
     """Mean over neighbouring columns, (R, M)."""
     return cv2.blur(values, (columns, 1), borderType=cv2.BORDER_REFLECT)
+
+
+@numba.njit(cache=True)
+def _mean_of_three(values: np.ndarray) -> np.ndarray:  # pragma: no cover - compiled
+    """`_averaged` over three columns, of (R, M): the whole strip is."""
+    rows, columns = values.shape
+    out, last = np.empty_like(values), columns - 1
+    for r in range(rows):
+        row = values[r]
+        for c in range(1, last):
+            out[r, c] = (float(row[c - 1]) + float(row[c]) + float(row[c + 1])) / 3.0
+        out[r, 0] = (2.0 * row[0] + row[min(1, last)]) / 3.0
+        out[r, last] = (2.0 * row[last] + row[max(last - 1, 0)]) / 3.0
+    return out
 
 
 def _beyond(
@@ -74,13 +89,13 @@ def _beyond(
     if beside.sum() < FEWEST:
         return np.full(border.size, np.nan)
     slow = _averaged(fall, max(round(2.0 * width_px / SOME), 3))
-    noise = 1.4826 * float(np.median(np.abs(fall - slow)[beside]))
-    steep = float(np.percentile(slow[beside], GROUND_SHARE))
+    noise = 1.4826 * median(np.abs(fall - slow)[beside])
+    steep = percentile(slow[beside], GROUND_SHARE)
     least = max(NOISES * noise + steep, FAINTEST)
     thick = max(round(THICK * strand_px), 2)
     place = _last_borders(contrast, border, least, REACH_D * width_px, thick)
     reached = np.nan_to_num(np.where(np.isfinite(place), np.fmax(place, border), border))
-    held = grey_opening(reached, size=max(round(THIN * strand_px), 3), mode="nearest")
+    held = opened(reached, max(round(THIN * strand_px), 3))
     further: np.ndarray = held > border + max(BEYOND_D * width_px, BEYOND_PX)
     return np.where(further, held + first, np.nan)
 

@@ -16,6 +16,7 @@ from tsvision.measures.edges import match_edges, reach_px
 from tsvision.measures.shading import Shading
 
 GRADIENT_SD_PX = 1.0
+GRADIENT_REACH_PX = 6  # to either side, that it is told from
 STEEP = 1.0  # slope of the outline from which it counts as steep
 STEEPEST = 5.0  # beyond that a column meets the outline too flatly to say where
 

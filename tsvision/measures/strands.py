@@ -24,31 +24,34 @@ class Silhouette:
 
 
 @numba.njit(cache=True)
-def _columns(labels, keep, half, near, out):  # pragma: no cover - compiled
+def _columns(labels, keep, contrast, above, half):  # pragma: no cover - compiled
+    """Of every column (6, M): first and last n of what is kept; of the run of it nearest to the
+    axis too, and that run's distance; how many samples have a contrast above a level. Row by row,
+    as pictures lie in memory."""
     rows, columns = labels.shape
-    for c in range(columns):
-        for r in range(rows):
-            if keep[labels[r, c]]:
-                n = r - half
-                if out[0, c] > n or np.isnan(out[0, c]):
-                    out[0, c] = n
-                out[1, c] = n
-        # the run nearest the axis, and whether anything of weight lies beyond a gap
-        best = 1e9
-        r = 0
-        while r < rows:
-            if not keep[labels[r, c]]:
-                r += 1
+    out = np.full((6, columns), np.nan)
+    out[5] = 0.0
+    for r in range(rows):
+        for c in range(columns):
+            out[5, c] += contrast[r, c] > above
+    begun = np.full(columns, -1)
+    for r in range(rows + 1):
+        for c in range(columns):
+            if r < rows and keep[labels[r, c]]:
+                if begun[c] < 0:
+                    begun[c] = r
                 continue
-            first = r
-            while r < rows and keep[labels[r, c]]:
-                r += 1
-            low, high = first - half, r - 1 - half
-            d = 0.0 if low <= 0 <= high else float(min(abs(low), abs(high)))
-            if d < best:
-                best = d
-                out[2, c], out[3, c] = low, high
-        out[4, c] = best if best < 1e8 else np.nan
+            if begun[c] < 0:
+                continue
+            low, high = begun[c] - half, r - 1 - half
+            begun[c] = -1
+            if np.isnan(out[0, c]):
+                out[0, c] = low
+            out[1, c] = high
+            distance = 0.0 if low <= 0 <= high else float(min(abs(low), abs(high)))
+            if not distance >= out[4, c]:
+                out[2, c], out[3, c], out[4, c] = low, high, distance
+    return out
 
 
 def outline(
@@ -67,10 +70,8 @@ def outline(
     share = np.bincount(core.ravel(), minlength=count)
     keep = share > 0.5 * width_px
     keep[0] = False
-    out = np.full((5, contrast.shape[1]), np.nan)
-    _columns(labels, keep, half, 0.25 * width_px, out)
-    low, high, run_low, run_high, distance = out
-    raw = (contrast > 1.5 * level).sum(0)
+    found = _columns(labels, keep, contrast, np.float32(1.5 * level), half)
+    low, high, run_low, run_high, distance, raw = found
     with np.errstate(invalid="ignore"):
         cut = raw > (high - low + 1) + 0.25 * strand_px
         single = (distance < 0.3 * width_px) & (run_high - run_low + 1 > 0.3 * width_px)
