@@ -110,8 +110,8 @@ def test_the_gradient_is_that_of_finite_differences(strings: int, p: np.ndarray)
         seen = exact.copy()
         seen[side] += 1.0
         normal, right = np.empty((9, 9)), np.empty(9)
-        _normal_equations(p, section.radius_d, section.angle_rad, z0, seen, ones, ones, 1e4, 0.35,
-                          normal, right)  # fmt: skip
+        _normal_equations(p, np.arange(9), section.radius_d, section.angle_rad, z0, seen, ones,
+                          ones, 1e4, 0.35, normal, right)  # fmt: skip
         return float(right[index])
 
     for index in free:

@@ -60,47 +60,40 @@ def _match(
         if not good:
             continue
         a = 1.0
-        g = 0.0
         rss = 0.0
         for _iteration in range(iterations):
-            s1 = st = stt = sy = sty = 0.0
+            s1 = st = stt = sd = sdd = sdt = sy = syy = sty = sdy = 0.0
             for r in range(r0, r1 + 1):
-                t = outward * (e - r) * cos
-                x = (t - t0) / dt
+                x = (outward * (e - r) * cos - t0) / dt
                 i = int(x)
                 w = x - i
                 f = (1 - w) * template[i] + w * template[i + 1]
-                y = values[r, m]
+                d = template[i + 1] - template[i]
+                y = float(values[r, m])
                 s1 += 1.0
                 st += f
                 stt += f * f
+                sd += d
+                sdd += d * d
+                sdt += d * f
                 sy += y
+                syy += y * y
                 sty += f * y
+                sdy += d * y
             det = s1 * stt - st * st
             if det <= 1e-12:
                 good = False
                 break
             a = (s1 * sty - st * sy) / det
             g = (sy - a * st) / s1
+            rss = max(syy - a * sty - g * sy, 0.0)
             # step of the edge with depth and ground projected out
-            jj = jr = j1 = jt = 0.0
-            rss = 0.0
-            for r in range(r0, r1 + 1):
-                t = outward * (e - r) * cos
-                x = (t - t0) / dt
-                i = int(x)
-                w = x - i
-                f = (1 - w) * template[i] + w * template[i + 1]
-                df = (template[i + 1] - template[i]) / dt * a * outward * cos
-                res = values[r, m] - g - a * f
-                rss += res * res
-                jj += df * df
-                jr += df * res
-                j1 += df
-                jt += df * f
+            steep = a * outward * cos / dt
+            j1, jt = steep * sd, steep * sdt
+            jr = steep * (sdy - g * sd - a * sdt)
             b0 = (stt * j1 - st * jt) / det
             b1 = (s1 * jt - st * j1) / det
-            curve = jj - b0 * j1 - b1 * jt
+            curve = steep * steep * sdd - b0 * j1 - b1 * jt
             if curve <= 1e-12:
                 good = False
                 break

@@ -177,7 +177,7 @@ def _bundle_values(
             diameter_mm_sd=sd * scale,
         ), flags
     fit = near.fit
-    (d, pitch, tan_beta), _ = fit.derived()
+    (d, pitch, tan_beta), _ = fit.derived
     d_sd = diameter_sd_px(fit, looks.shading)
     p_sd = pitch_sd_px(fit)
     beta = float(np.arctan(tan_beta))
@@ -213,7 +213,7 @@ def _bundle_values(
         fit_rms_px=fit.rms_px,
     )
     if mid is not None and _describes(mid, looks):
-        (md, _, mt), _ = mid.fit.derived()
+        (md, _, mt), _ = mid.fit.derived
         row = replace(
             row,
             midspan_diameter_mm=md * scale,

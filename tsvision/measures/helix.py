@@ -51,7 +51,9 @@ class Edges:
     by_normal: bool = False
 
     def window(self, s_low: float, s_high: float) -> Edges:
-        keep = (self.s_px >= s_low) & (self.s_px <= s_high)
+        """The columns in s_low..s_high, which lie in order: nothing is copied."""
+        first, last = np.searchsorted(self.s_px, s_low), np.searchsorted(self.s_px, s_high, "right")
+        keep = slice(first, last)
         return replace(
             self,
             s_px=self.s_px[keep],
@@ -67,12 +69,12 @@ class Edges:
         upper, lower = (np.where(inside, w, 0.0) for w in (self.upper_weight, self.lower_weight))
         return replace(self, upper_weight=upper, lower_weight=lower)
 
-    @property
+    @cached_property
     def observed(self) -> np.ndarray:
         """The upper and the lower edge, (2, M), px."""
         return np.stack([self.upper_px, self.lower_px])
 
-    @property
+    @cached_property
     def trusted(self) -> np.ndarray:
         """Weights (2, M) of the upper and the lower edge in a fit."""
         return np.array(self.trust)[:, None] * np.stack([self.upper_weight, self.lower_weight])
@@ -147,6 +149,7 @@ class HelixFit:
         """Outer diameter about the straight axis, coiling included."""
         return self.diameter_px + 2.0 * float(self.p[RC])
 
+    @cached_property
     def derived(self) -> tuple[np.ndarray, np.ndarray]:
         """(D, pitch, tan beta) and their covariance (3, 3), to first order."""
 
@@ -194,7 +197,7 @@ def descend(
         scale_px,
         _step(start),
         iterations,
-        np.zeros((PARAMETERS, PARAMETERS)),
+        np.empty((len(free), len(free))),
     )
     return p, float(cost) / max(float(total), 1e-9)
 
@@ -227,7 +230,7 @@ def fit_helix(
     # In the cost residuals count in units of scale_px; the prior against residuals of noise_px.
     weight = (noise_px / scale_px) ** 2 / sd**2
     step = _step(start)
-    normal = np.zeros((PARAMETERS, PARAMETERS))
+    normal = np.empty((len(free), len(free)))
     free_ids = np.array(free, dtype=np.int64)
     p = np.asarray(start, dtype=float)
     observed = edges.observed
@@ -258,8 +261,8 @@ def fit_helix(
     rms = float(np.sqrt(np.average(r[good] ** 2, weights=side))) if good.any() else float("inf")
     covariance = np.zeros((PARAMETERS, PARAMETERS))
     variance = max(rms, 1e-3) ** 2
-    system = normal[np.ix_(free_ids, free_ids)] / variance + np.diag(1.0 / sd[free_ids] ** 2)
-    covariance[np.ix_(free_ids, free_ids)] = np.linalg.pinv(system)
+    system = normal / variance + np.diag(1.0 / sd[free_ids] ** 2)
+    covariance[np.ix_(free_ids, free_ids)] = _inverse(system)
     return HelixFit(
         p=p,
         covariance=covariance,
@@ -272,20 +275,29 @@ def fit_helix(
     )
 
 
+def _inverse(system: np.ndarray) -> np.ndarray:
+    """Of normal equations (m, m); where the edges do not tell all parameters, of what they do."""
+    try:
+        return np.linalg.inv(system)
+    except np.linalg.LinAlgError:
+        return np.linalg.pinv(system)
+
+
 @numba.njit(cache=True, fastmath=True)
 def _normal_equations(
-    p, site_radius, site_angle, z0, observed, weights, cos2, scale, step, normal, right
+    p, free, site_radius, site_angle, z0, observed, weights, cos2, scale, step, normal, right
 ):  # pragma: no cover - compiled
-    """Gauss-Newton system with Tukey-like (Geman-McClure) weights; returns cost and weight sum."""
+    """Gauss-Newton system of the free parameters with Tukey-like (Geman-McClure) weights; returns
+    cost and weight sum."""
     count = observed.shape[1]
     upper, lower = np.empty(count), np.empty(count)
     at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
     silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_u, at_l, step)
-    normal[:] = 0.0
-    right[:] = 0.0
-    grad = np.empty(9)
+    # One row a parameter: sums over points are quick along rows.
+    grads, residuals, counts = np.empty((9, 2 * count)), np.empty(2 * count), np.empty(2 * count)
     cost = 0.0
     total = 0.0
+    used = 0
     for side in range(2):
         for c in range(count):
             weight = weights[side, c]
@@ -296,19 +308,28 @@ def _normal_equations(
                 continue
             t = (r / scale) ** 2 * cos2[side, c]
             cost += weight * t / (1.0 + t)
-            w = weight * cos2[side, c] / ((1.0 + t) * (1.0 + t))
             total += weight
             z = at_u[c, 0] if side == 0 else at_l[c, 0]
             i = int(at_u[c, 1]) if side == 0 else int(at_l[c, 1])
-            gradient(c + z0, z, i, 1.0 - 2.0 * side, p, site_radius, site_angle, grad)
-            for a in range(9):
-                right[a] += w * grad[a] * r
-                for b in range(a + 1):
-                    normal[a, b] += w * grad[a] * grad[b]
-    for a in range(9):
-        for b in range(a + 1, 9):
-            normal[a, b] = normal[b, a]
+            sense = 1.0 - 2.0 * side
+            gradient(c + z0, z, i, sense, p, site_radius, site_angle, grads[:, used])
+            residuals[used] = r
+            counts[used] = weight * cos2[side, c] / ((1.0 + t) * (1.0 + t))
+            used += 1
+    for a in range(free.size):
+        of_a = grads[free[a]]
+        right[a] = _sum_of_products(counts, of_a, residuals, used)
+        for b in range(a + 1):
+            normal[a, b] = normal[b, a] = _sum_of_products(counts, of_a, grads[free[b]], used)
     return cost, total
+
+
+@numba.njit(cache=True, fastmath=True)
+def _sum_of_products(x, y, z, count):  # pragma: no cover - compiled
+    total = 0.0
+    for i in range(count):
+        total += x[i] * y[i] * z[i]
+    return total
 
 
 @numba.njit(cache=True, fastmath=True)
@@ -328,23 +349,22 @@ def _minimise(
     iterations,
     normal_out,
 ):  # pragma: no cover - compiled
-    """Levenberg-Marquardt over the free parameters; returns (p, cost, weight sum)."""
+    """Levenberg-Marquardt over the free parameters (m,); returns (p, cost, weight sum), and their
+    normal equations in normal_out (m, m)."""
     p = p0.copy()
     m = free.size
-    normal, right = np.empty((9, 9)), np.empty(9)
+    normal, right = np.empty((m, m)), np.empty(m)
     cost, total = _normal_equations(
-        p, site_radius, site_angle, z0, observed, weights, cos2, scale, step, normal, right
+        p, free, site_radius, site_angle, z0, observed, weights, cos2, scale, step, normal, right
     )
     for a in range(9):
         cost += prior_weight[a] * (p[a] - prior_mean[a]) ** 2
     lam = 1e-3
     for _ in range(iterations):
-        system, target = np.empty((m, m)), np.empty(m)
+        system, target = normal.copy(), np.empty(m)
         for a in range(m):
             fa = free[a]
-            target[a] = right[fa] + scale * scale * prior_weight[fa] * (prior_mean[fa] - p[fa])
-            for b in range(m):
-                system[a, b] = normal[fa, free[b]]
+            target[a] = right[a] + scale * scale * prior_weight[fa] * (prior_mean[fa] - p[fa])
             system[a, a] += scale * scale * prior_weight[fa]
         improved = False
         for _try in range(6):
@@ -359,9 +379,10 @@ def _minimise(
             low = -0.9 * trial[6] / np.sqrt(1.0 + (trial[5] * trial[6]) ** 2)
             ok = trial[0] > 0.3 and trial[5] >= 0.0 and trial[1] > (low if trial[5] > 0.0 else 0.0)
             if ok:
-                new_normal, new_right = np.empty((9, 9)), np.empty(9)
+                new_normal, new_right = np.empty((m, m)), np.empty(m)
                 new_cost, new_total = _normal_equations(
                     trial,
+                    free,
                     site_radius,
                     site_angle,
                     z0,
@@ -378,7 +399,7 @@ def _minimise(
                 if new_cost < cost:
                     gain = cost - new_cost
                     p, cost, total = trial, new_cost, new_total
-                    normal[:], right[:] = new_normal, new_right
+                    normal, right = new_normal, new_right
                     lam = max(lam * 0.3, 1e-7)
                     improved = True
                     break

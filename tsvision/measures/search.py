@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from scipy.ndimage import minimum_filter
 
+from tsvision.images.order import percentile
 from tsvision.measures.band import Band
 from tsvision.measures.helix import Edges, HelixFit, descend, fit_helix, with_relief
 from tsvision.measures.line import line_through
@@ -85,8 +85,8 @@ def coils_of(edges: Edges, diameter_px: float) -> list[list[np.ndarray]]:
     # its height is not the amplitude: the line itself is fitted about it.
     near = np.linspace(-0.5, 0.5, 7) * np.pi / max(span, 1.0)
     known = w > 0.3
-    reach = np.percentile(edges.upper_px[known], 97.0) - np.percentile(edges.lower_px[known], 3.0)
-    wide = 0.5 * (float(reach) - diameter_px)
+    reach = percentile(edges.upper_px[known], 97.0) - percentile(edges.lower_px[known], 3.0)
+    wide = 0.5 * (reach - diameter_px)
     found = []
     for number, rate in enumerate(rates):
         tried, explained = _coils_at(edges, rate + near)
@@ -171,7 +171,7 @@ def _bases(edges: Edges, section: Section, diameter_px: float) -> list[np.ndarra
     clear = w > 0.3
     widths = [diameter_px]
     if clear.any():
-        seen = float(np.percentile((edges.upper_px - edges.lower_px)[clear], 95.0))
+        seen = percentile((edges.upper_px - edges.lower_px)[clear], 95.0)
         if abs(seen / diameter_px - 1.0) > WIDTH_IN_DOUBT:
             widths.append(seen)
     bases = []
@@ -265,11 +265,8 @@ def _valleys(
         costs,
     )
     # A section that is nearly four-fold has two deep valleys at one rate, a quarter turn apart.
-    around = np.pad(costs[:count], ((1, 1), (0, 0)), constant_values=np.inf)
-    around = np.concatenate([around[:, -1:], around, around[:, :1]], axis=1)
-    deep = costs[:count] <= minimum_filter(around, size=3)[1:-1, 1:-1]
-    at = np.argwhere(deep)
-    at = at[np.argsort(costs[:count][deep])][: 3 * VALLEYS]
+    at = np.argwhere(_deep(costs[:count]))
+    at = at[np.argsort(costs[at[:, 0], at[:, 1]])][: 3 * VALLEYS]
     best = [(int(i), int(j)) for i, j in at]
     best += [(i, int(np.argmin(costs[i]))) for i in range(count, rates.size)]
     starts = []
@@ -278,6 +275,20 @@ def _valleys(
         p[K], p[PHI] = rates[i], phases[j]
         starts.append((float(costs[i, j]) * doubt(p, band.expected * factor), p))
     return starts
+
+
+@numba.njit(cache=True)
+def _deep(costs):  # pragma: no cover - compiled
+    """Where (K, P) no neighbour costs less, in rate or in phase, which comes round again."""
+    rates, phases = costs.shape
+    deep = np.ones((rates, phases), np.bool_)
+    for i in range(rates):
+        for j in range(phases):
+            for k in range(max(i - 1, 0), min(i + 2, rates)):
+                for beside in range(j - 1, j + 2):
+                    if costs[k, beside % phases] < costs[i, j]:
+                        deep[i, j] = False
+    return deep
 
 
 @numba.njit(cache=True, fastmath=True)

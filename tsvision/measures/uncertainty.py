@@ -63,7 +63,7 @@ def diameter_sd_px(fit: HelixFit, shading: tuple[Shading, Shading]) -> float:
 
 def pitch_sd_px(fit: HelixFit) -> float:
     """Standard uncertainty of the pitch in px."""
-    _, covariance = fit.derived()
+    _, covariance = fit.derived
     own = float(np.sqrt(max(covariance[1, 1], 0.0) * _widening(fit)))
     model = max(_coil_sds(fit)[1], 0.001)
     return float(np.hypot(own, model * fit.pitch_px))
