@@ -43,14 +43,12 @@ def clipped(edges: Edges, axis: Axis, shape: tuple[int, ...], diameter_px: float
     itself, of this shape (H, W, ...). Along the axis the bundle may well go on beyond the view."""
     s_px = edges.s_px
     centre, along = axis.at(s_px), axis.tangent(s_px)
-    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    last = np.array([shape[1] - 1.0, shape[0] - 1.0])
     at_border = np.zeros(s_px.size, dtype=bool)
     for n, weight in (
         (edges.upper_px, edges.upper_weight),
         (edges.lower_px, edges.lower_weight),
     ):
-        place = centre + n[:, None] * across
-        room = np.minimum(place, last - place).min(axis=1)
+        x, y = centre[:, 0] - n * along[:, 1], centre[:, 1] + n * along[:, 0]
+        room = np.minimum(np.minimum(x, shape[1] - 1.0 - x), np.minimum(y, shape[0] - 1.0 - y))
         at_border |= (weight > 0) & (room < BORDER_PX)
     return bool(at_border.sum() > diameter_px)
