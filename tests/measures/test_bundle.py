@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 
-from tsvision.measures.bundle import BundleFit, fit_window
+from tsvision.measures import bundle
+from tsvision.measures.bundle import SCALE_PX, BundleFit, fit_window
 from tsvision.measures.fits import _better
 from tsvision.measures.helix import Edges
 from tsvision.measures.section import pair_core
 from tsvision.measures.shape import trust_of
 from tsvision.measures.silhouette import KC, PHI, PHIC, RC, RHO, K, model_edges
-from tsvision.measures.weigh import POOR
+from tsvision.measures.weigh import POOR, noise_cost
 
 DIAMETER_PX = 30.0
 NAN = float("nan")
@@ -71,3 +72,35 @@ def test_a_short_straight_stretch_does_not_stand_for_the_bundle() -> None:
     assert not _better(BundleFit(good, 100.0, 120.0), rough)
     assert _better(BundleFit(good, 100.0, 240.0), rough)
     assert not _better(BundleFit(replace(good, cost=0.39), 100.0, 240.0), rough)
+
+
+def straight_in_noise(noise_px: float, coil_px: float = 0.0) -> Edges:
+    """Edges of two strands about a straight line, or one that coils a little, with noise."""
+    section = pair_core(2)
+    p = np.zeros(9)
+    p[RHO] = 0.5 * DIAMETER_PX / section.diameter_d
+    p[K], p[PHI], p[RC], p[KC], p[PHIC] = 0.1, 0.4, coil_px, 0.07, 1.0
+    rng = np.random.default_rng(5)
+    upper, lower = np.stack(model_edges(p, section, -120.0, 241)) + noise_px * rng.normal(
+        size=(2, 241)
+    )
+    return Edges(np.arange(241.0), upper, lower, np.ones(241), np.ones(241))
+
+
+@pytest.mark.parametrize("noise_px", [0.1, 0.3, 0.5])
+def test_what_noise_costs_is_told_from_the_edges(noise_px: float) -> None:
+    """The cost of exactly the right outline is that of the noise, and of nothing else."""
+    t = (noise_px / SCALE_PX * np.random.default_rng(0).normal(size=100_000)) ** 2
+    right = float((t / (1.0 + t)).mean())
+    assert noise_cost(straight_in_noise(noise_px), SCALE_PX) == pytest.approx(right, abs=0.04)
+
+
+def test_no_coil_is_sought_in_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    sought = []
+    monkeypatch.setattr(bundle, "coils_of", lambda *a: sought.append(a) or [])
+    section = pair_core(2)
+    straight = fit_window(straight_in_noise(0.5), section, 0.0, 240.0, DIAMETER_PX, NAN)
+    assert straight is not None and straight.fit.cost > bundle.PLAINLY_STRAIGHT and not sought
+    # a coil by twice as much as the noise is, still too small to swing
+    fit_window(straight_in_noise(0.5, 1.0), section, 0.0, 240.0, DIAMETER_PX, NAN)
+    assert sought

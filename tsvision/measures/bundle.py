@@ -17,13 +17,14 @@ from tsvision.measures.search import (
     search_straight,
 )
 from tsvision.measures.silhouette import KC, K, Section
-from tsvision.measures.weigh import believed, doubt, weighed
+from tsvision.measures.weigh import believed, doubt, told_by_noise, weighed
 
 NAN = float("nan")
 SCALE_PX = 0.5  # residual at which an edge point begins to count less
 SWINGS = 0.03  # rms of the middle line over D from which a coil is tried, ...
 SWINGS_WIDELY = 0.08  # ... and from which nothing else is
 POOR_FRAMES = 5  # for which a poor fit is carried on before all is searched again
+PLAINLY_STRAIGHT = 0.2  # cost of a straight fit below which no coil is tried
 COIL_PAYS = 0.85  # share of a straight fit's cost that a coiled one must stay below
 
 
@@ -89,7 +90,7 @@ def fit_window(
                 best,
                 swing,
                 long_enough,
-                before is not None,
+                None if before is None else before.fit.section,
             )
             poor = before is None and best is not None and not believed(best)
             if best is not None and not (poor and np.isfinite(expected_rate)):
@@ -120,16 +121,21 @@ def _searched(
     best: HelixFit | None,
     swing: float,
     coil: bool,
-    carried: bool,
+    settled: Section | None,
 ) -> HelixFit | None:
-    """The best of `best`, a straight helix and, where the middle line swings, a coiled one."""
+    """The best of `best`, a straight helix and, where the middle line swings, a coiled one.
+
+    settled: the one of the section's variants that the frame before showed; sought first.
+    """
     variants = section.variants()
+    if settled is not None:
+        variants = tuple(sorted(variants, key=lambda v: v.name != settled.name))
     if not (coil and swing > SWINGS_WIDELY):
         band = full_band(part, diameter_px, expected_rate)
         for variant in variants:
             straight = search_straight(part, variant, diameter_px, band, scale_px)
             best = _choose(best, straight, expected_rate)
-    if not coil or (swing < SWINGS and best is not None and best.cost < 0.2):
+    if not coil or (swing < SWINGS and best is not None and _is_plain(part, best, scale_px)):
         return best
     for coils in coils_of(part, diameter_px):
         bands = [full_band(part, diameter_px, expected_rate, c) for c in coils]
@@ -138,10 +144,18 @@ def _searched(
             if coiled is not None:
                 coiled = best_branch(part, coiled, bands[0], scale_px)
             best = _choose(best, coiled, expected_rate)
+            # Strands do not change places between two frames.
+            if settled is not None and best is not None and best.coiled and believed(best):
+                return best
         # Which coil it is was settled when the bundle was first seen.
-        if best is not None and best.coiled and (carried or believed(best)):
+        if best is not None and best.coiled and (settled is not None or believed(best)):
             break
     return best
+
+
+def _is_plain(part: Edges, fit: HelixFit, scale_px: float) -> bool:
+    """Whether a fit leaves nothing that a coil could explain."""
+    return fit.cost < PLAINLY_STRAIGHT or told_by_noise(part, fit, scale_px)
 
 
 def _carried_on(

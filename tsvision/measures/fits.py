@@ -6,17 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from tsvision.measures.bundle import BundleFit, as_elsewhere, fit_window, swing_px
+from tsvision.measures.bundle import SCALE_PX, BundleFit, as_elsewhere, fit_window, swing_px
 from tsvision.measures.cut import Cut
 from tsvision.measures.helix import Edges
 from tsvision.measures.looks import Looks
-from tsvision.measures.weigh import unsure
+from tsvision.measures.weigh import told_by_noise, unsure
 from tsvision.measures.windows import even_stretches
 
 NAN = float("nan")
 SHOWN_TURNS = 2.0  # of the strands, that a straight fit beside the separator spans
 TRIED = 3  # stretches from the separator on, until one can be fitted at all
 LEAST_TURNS = 0.9  # that tell pitch and width apart
+POOR = 0.3  # cost of a straight fit above which others are tried
 
 
 def within_zone(edges: Edges, cut: Cut, looks: Looks) -> Edges:
@@ -85,7 +86,7 @@ def fit_bundle(
             if abs(high - near.s_high_px) > 0.5 * d and high - low > 2.0 * d:
                 again = fit_window(edges, looks.section, low, high, d, rate, near, coil=False)
                 near = again or near
-    poor = near is None or near.fit.cost > 0.3
+    poor = near is None or _is_poor(edges, near)
     if swings or poor:
         low = min(start + 2.4 * d * skip, max(last - 7.0 * d, start + 0.6 * d * skip))
         # Costs can be compared only where both limbs count alike.
@@ -110,6 +111,12 @@ def fit_bundle(
     if near is not None and mid is not None and mid.fit.coiled and unsure(near.fit):
         near = as_elsewhere(edges, near, mid)
     return near, mid
+
+
+def _is_poor(edges: Edges, near: BundleFit) -> bool:
+    """Whether a fit leaves more of its edges than their noise."""
+    part = edges.window(near.s_low_px, near.s_high_px)
+    return near.fit.cost > POOR and not told_by_noise(part, near.fit, SCALE_PX)
 
 
 def _better(other: BundleFit, near: BundleFit) -> bool:

@@ -4,11 +4,32 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsvision.measures.helix import HelixFit
+from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.silhouette import KC, RC, K
 
 POOR = 0.45  # cost above which a fit is not believed without having looked further, ...
 PLAIN = 0.12  # ... unless so little of it is left by what it explains of the light inside
+
+BEYOND_NOISE = 0.12  # of cost that a right fit may have besides what the edges' noise costs
+
+
+def told_by_noise(edges: Edges, fit: HelixFit, scale_px: float) -> bool:
+    """Whether noise alone explains what a fit leaves of its edges: nothing else is to be sought."""
+    return fit.cost < noise_cost(edges, scale_px) + BEYOND_NOISE
+
+
+def noise_cost(edges: Edges, scale_px: float) -> float:
+    """What the noise of the edges, which neighbouring columns do not share, adds to the cost of any
+    fit. An outline differs from the mean of its neighbours by much less."""
+    sides = ((edges.upper_px, edges.upper_weight), (edges.lower_px, edges.lower_weight))
+    cost = total = 0.0
+    for edge, weight in sides:
+        off = edge[1:-1] - 0.5 * (edge[:-2] + edge[2:])
+        t = off**2 / 1.5 / scale_px**2  # the mean of two has noise of its own
+        known = np.minimum(np.minimum(weight[:-2], weight[2:]), weight[1:-1])
+        cost += float((known * t / (1.0 + t)).sum())
+        total += float(known.sum())
+    return cost / max(total, 1e-9)
 
 
 def doubt(p: np.ndarray, expected_rate: float) -> float:
