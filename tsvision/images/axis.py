@@ -32,7 +32,7 @@ class Ridge:
     score: float
 
 
-@numba.njit(cache=True, fastmath=True)
+@numba.njit(cache=True)
 def _row_scores(rotated, valid, half_widths, threshold, scores):  # pragma: no cover
     """scores[k, sense, row] += supported length of every row at every half width."""
     rows, cols = rotated.shape

@@ -113,7 +113,7 @@ def _shrunk(light: np.ndarray, factor: float) -> np.ndarray:
     return cv2.remap(smooth, columns_at, rows_at, cv2.INTER_LINEAR)
 
 
-@numba.njit(cache=True, fastmath={"reassoc", "contract", "arcp", "nsz"})
+@numba.njit(cache=True)
 def _scan(
     light, p, site_radius, site_angle, side, rates, phases, height, across, along
 ):  # pragma: no cover - compiled
@@ -160,7 +160,7 @@ def _scan(
     return shares
 
 
-@numba.njit(cache=True, fastmath={"reassoc", "contract", "arcp", "nsz"})
+@numba.njit(cache=True)
 def _draw(p, site_radius, site_angle, side, height, across, along):  # pragma: no cover - compiled
     """Draw the strands as rows of balls: the foremost ball's height and normal at every pixel.
     side: +1 or -1, the sense of twist."""

@@ -291,7 +291,7 @@ def _deep(costs):  # pragma: no cover - compiled
     return deep
 
 
-@numba.njit(cache=True, fastmath=True)
+@numba.njit(cache=True)
 def scan(
     base,
     rates,

@@ -88,7 +88,7 @@ class Section:
         return self, Section(f"{self.name}_mirrored", self.radius_d, -self.angle_rad)
 
 
-@numba.njit(cache=True, fastmath=True, inline="always")
+@numba.njit(cache=True, inline="always")
 def _point(z, a, p, kappa, q, cp, sp, ct, st):  # pragma: no cover - compiled
     """Projected strand centre (s, y) and its derivative along z; cosines and sines of the strand's
     angle psi and the coil's theta there."""
@@ -101,7 +101,7 @@ def _point(z, a, p, kappa, q, cp, sp, ct, st):  # pragma: no cover - compiled
     return s, y, 1.0 + p[1] * s_psi, rate * y_theta + p[1] * y_psi
 
 
-@numba.njit(cache=True, fastmath=True)
+@numba.njit(cache=True)
 def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at_lower, step):
     # pragma: no cover - compiled
     """Fill upper, lower (count,) at z0, z0 + 1, ...; at_* (count, 2) gets contact z and strand."""
@@ -171,7 +171,7 @@ def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at
         lower[c] += line - p[8]
 
 
-@numba.njit(cache=True, fastmath=True)
+@numba.njit(cache=True)
 def gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cover - compiled
     """d edge(x) / d p at contact z on strand i; sense +1 upper, -1 lower. out (9,)."""
     rho = p[0]
