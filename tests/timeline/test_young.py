@@ -16,10 +16,13 @@ from tsvision.timeline.young import with_young
 D, MM_PER_PX, COUNT, FIRST = 0.5, 0.025, 20, 12
 
 
-def told(lobes: list[tuple[int, float]], last: int = COUNT - 1) -> list[tuple[int, float]]:
+def told(
+    lobes: list[tuple[int, float]], last: int = COUNT - 1, turns_apart: float = 1.0
+) -> list[tuple[int, float]]:
     """(frame, centre) of what counts before and after a knot that shows at 10 mm in the frames
     from FIRST to `last`; lobes: (frame, centre in mm)."""
-    frames = pd.DataFrame({"frame": np.arange(COUNT), "turns": 40.0 + np.arange(COUNT)})
+    turns = 40.0 + turns_apart * np.arange(COUNT)
+    frames = pd.DataFrame({"frame": np.arange(COUNT), "turns": turns})
     frames = frames.assign(
         diameter_mm=D,
         diameter_px=D / MM_PER_PX,
@@ -35,7 +38,7 @@ def told(lobes: list[tuple[int, float]], last: int = COUNT - 1) -> list[tuple[in
     knot = [(i, 10.0, 1.4, 2.8 * D, 0.98) for i in range(FIRST, last + 1)]
     short = [(i, centre, 0.2, 2.1 * D, LOBE) for i, centre in lobes]
     rows = [
-        (i, 40.0 + i, c, length, size, c / MM_PER_PX, 0.0, sure, 2.0)
+        (i, turns[i], c, length, size, c / MM_PER_PX, 0.0, sure, 2.0)
         for i, c, length, size, sure in sorted(knot + short)
     ]
     knots = pd.DataFrame(rows, columns=KNOT_COLUMNS)
@@ -58,6 +61,11 @@ def test_a_knot_that_dissolves_is_followed_on() -> None:
 @pytest.mark.parametrize("lobe", [(FIRST - 1, 12.0), (FIRST - 2, 10.0), (FIRST + 2, 16.0)])
 def test_a_lobe_elsewhere_in_place_or_time_is_none(lobe: tuple[int, float]) -> None:
     assert told([lobe]) == []
+
+
+def test_frames_many_turns_apart_do_not_show_one_young_knot_twice() -> None:
+    """A path-traced film in steps of four turns: a crest of the coil passed for the knot's lobe."""
+    assert told([(FIRST - 1, 10.0)], turns_apart=4.0) == []
 
 
 def test_the_tables_hold_lobes_beside_knots() -> None:

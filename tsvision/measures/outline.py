@@ -26,8 +26,7 @@ COILS = 0.05  # rms swing over D from which a bundle coils
 
 class Outlined(NamedTuple):
     """lobes: what is too short for a knot by itself; knot_ends_px: first and last s of each knot;
-    envelope_px (M,): E(s) at the edges' s, closed
-    over no more than a knot's coil."""
+    envelope_px (M,): E(s) at the edges' s, closed over no more than a knot's coil."""
 
     row: FrameRow
     profile: Profile

@@ -3,7 +3,8 @@
 Of a knot that begins one view often shows a single lobe, too short to be told from a chance one.
 What follows tells: where a knot shows from one frame on, a lobe at its place in the frame before
 was its own, for a chance lobe may lie anywhere along the bundle. The same holds for a knot that is
-about to dissolve.
+about to dissolve. It does not hold where the frames lie many turns apart: a young knot is soon an
+old one, and what reached out there before was something else.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from tsvision.timeline.order import Order, numbers
 from tsvision.timeline.places import places_in_diameters, rows_of_steps
 from tsvision.timeline.tracks import GATE_D, track_knots
 
+YOUNG_TURNS = 2.5  # for no longer is a knot young; nor was this tried on frames farther apart
 A_KNOTS = 0.75  # confidence of a lobe that lies where a knot shows
 
 
@@ -46,6 +48,7 @@ def _beside_tracks(
     lobe_place, _ = places_in_diameters(frames, lobes)
     lobe_rows = rows_of_steps(frames, lobes, order)
     good = np.flatnonzero(measured(frames)[order.rows])
+    turns = numbers(frames, "turns")[order.rows]
     step_of = {name: i for i, name in enumerate(frames["frame"].to_numpy()[order.rows])}
     step = whole["frame"].map(step_of).to_numpy()
     taken: set[int] = set()
@@ -53,12 +56,14 @@ def _beside_tracks(
         rows = np.flatnonzero(tracking.number == number)
         for way, row in ((-1, rows[np.argmin(step[rows])]), (1, rows[np.argmax(step[rows])])):
             beyond = good[good < step[row]][::-1] if way < 0 else good[good > step[row]]
-            at = float(place[row])
+            at, last = float(place[row]), int(step[row])
             for there in beyond:
+                if abs(turns[there] - turns[last]) > YOUNG_TURNS:
+                    break
                 free = [int(k) for k in lobe_rows[there] if int(k) not in taken]
                 near = min(free, key=lambda k: abs(lobe_place[k] - at), default=None)
                 if near is None or abs(lobe_place[near] - at) > GATE_D:
                     break
                 taken.add(near)
-                at = float(lobe_place[near])
+                at, last = float(lobe_place[near]), int(there)
     return taken
