@@ -105,6 +105,12 @@ def raw_contrast(
         away = above_ground(channel, inner_px)
         squares += away**2
         along += away * weights[c]
+    return _distance(squares, along, weights)
+
+
+def _distance(squares: np.ndarray, along: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Lengths of colour differences from their squares, less what lies along `weights` where these
+    are the ground's direction."""
     if not np.array_equal(weights, LUMA_BGR):
         squares = np.maximum(squares - along**2, 0.0)
     return np.sqrt(squares)
@@ -131,10 +137,7 @@ def black_contrast(
         away = light * strings - ground
         if not by_distance:
             return float(np.mean(away @ weights if away.shape[1] == 3 else away))
-        squares = (away**2).sum(axis=1)
-        if not np.array_equal(weights, LUMA_BGR):
-            squares = np.maximum(squares - (away @ weights) ** 2, 0.0)
-        return float(np.mean(np.sqrt(squares)))
+        return float(np.mean(_distance((away**2).sum(axis=1), away @ weights, weights)))
 
     lit = typical(1.0)
     return (typical(DIM) / lit - DIM) / (1.0 - DIM) if lit else 0.0

@@ -97,7 +97,7 @@ def knots_along(
     short = COMES_SHORT * outline.diameter_px if outline.coils else 0.0
 
     def sought(closed_px: np.ndarray, gap_px: float) -> list[KnotSighting]:
-        return standing_out(
+        return find_knots(
             s_px,
             closed_px,
             outline.diameter_px,
@@ -107,6 +107,7 @@ def knots_along(
             outline.diameter_sd_px,
             short,
             gap_px,
+            least_length_mm=0.0,
         )
 
     knots: list[KnotSighting] = []
@@ -169,47 +170,21 @@ def find_knots(
     envelope_sd_mm: float,
     short_mm: float = 0.0,
     gap_mm: float = 0.0,
+    least_length_mm: float | None = None,
 ) -> list[KnotSighting]:
     """Intervals that stand out by the written criterion: at least 1 D long with E >= 1.15 E0 and a
-    largest E >= 1.40 D. Arguments as for `standing_out`."""
-    every = standing_out(
-        s_mm,
-        envelope_mm,
-        diameter_mm,
-        baseline_mm,
-        place_px,
-        period_mm,
-        envelope_sd_mm,
-        short_mm,
-        gap_mm,
-    )
-    return [one for one in every if one.length_mm >= diameter_mm]
-
-
-def standing_out(
-    s_mm: np.ndarray,
-    envelope_mm: np.ndarray,
-    diameter_mm: float,
-    baseline_mm: float,
-    place_px: np.ndarray,
-    period_mm: float,
-    envelope_sd_mm: float,
-    short_mm: float = 0.0,
-    gap_mm: float = 0.0,
-) -> list[KnotSighting]:
-    """Intervals, as short as may be, with E >= 1.15 E0 whose largest E is >= 1.40 D.
-
-    place_px (M, 2): x, y of the axis. short_mm: by how much an interval of E as one view shows it
-    comes out short; gap_mm: intervals less than that apart are one. Any unit serves for the mm
-    arguments as long as it is the same. Confidence: how far E stands above both limits, in its own
-    sd.
+    largest E >= 1.40 D. place_px (M, 2): x, y of the axis. short_mm: by how much an interval of E
+    as one view shows it comes out short; gap_mm: intervals less than that apart are one;
+    least_length_mm: in place of D. Any unit serves for the mm arguments as long as it is the same.
+    Confidence: how far E stands above both limits, in its own sd.
     """
     above = np.isfinite(envelope_mm) & (envelope_mm >= RISE * baseline_mm)
+    least = diameter_mm if least_length_mm is None else least_length_mm
     found = []
     for first, last in _joined(_runs(above), s_mm, gap_mm):
         length = float(s_mm[last] - s_mm[first]) + short_mm
         top = float(np.nanmax(envelope_mm[first : last + 1]))
-        if top < TOP * diameter_mm:
+        if length < least or top < TOP * diameter_mm:
             continue
         weight = np.clip(envelope_mm[first : last + 1] - RISE * baseline_mm, 0.0, None) + 1e-12
         centre = float((s_mm[first : last + 1] * weight).sum() / weight.sum())
