@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from tsvision.images.order import median
+from tsvision.images.percentiles import median
 
 ROWS, COLUMNS = 10, 200  # of the ground on either side that are looked at, about
 

@@ -9,7 +9,7 @@ import numba
 import numpy as np
 
 from tsvision.images.contrast import ROUGH, scaled_contrast, told_by_colour
-from tsvision.images.order import median
+from tsvision.images.percentiles import median
 from tsvision.images.shadow import DARKENS, DEEPEST, NO_SHADOW, Shadow, find_shadow
 from tsvision.images.strip import Axis, Strip, straight_axis
 

@@ -12,7 +12,7 @@ from tsvision.images.contrast import black_contrast, raw_contrast, told_by_colou
 from tsvision.images.ground import nan_median
 from tsvision.images.linear import linear_signal, project, to_linear
 from tsvision.images.masks import mask_level
-from tsvision.images.order import median, percentile
+from tsvision.images.percentiles import median, percentile
 from tsvision.images.sight import Sight
 from tsvision.images.strip import Axis, cut_strip
 from tsvision.measures.dim import dim_edges

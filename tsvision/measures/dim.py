@@ -12,7 +12,7 @@ import cv2
 import numba
 import numpy as np
 
-from tsvision.images.order import median, percentile
+from tsvision.images.percentiles import median, percentile
 from tsvision.measures.closing import opened
 from tsvision.measures.strands import Silhouette
 

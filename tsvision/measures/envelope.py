@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, median_filter
 
-from tsvision.images.order import median, percentile
+from tsvision.images.percentiles import median, percentile
 from tsvision.measures.closing import closed, median_of_three, opened
 
 SLOWEST, FASTEST = 5.0, 0.8  # periods of a coil, in D

@@ -10,7 +10,7 @@ import numba
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from tsvision.images.order import percentile
+from tsvision.images.percentiles import percentile
 
 WINDOW_D = 4.0  # over which the contrast is read: longer than a coil, which leaves the axis
 ON_STRINGS = 70.0  # percentile of such a window that lies on the strings

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from tsvision.images.order import median, row_medians
+from tsvision.images.percentiles import median, row_medians
 from tsvision.measures.cut import Cut
 from tsvision.measures.helix import Edges
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from tsvision.images.contrast import raw_contrast
-from tsvision.images.order import median, row_medians
+from tsvision.images.percentiles import median, row_medians
 from tsvision.images.sight import Sight
 from tsvision.images.strip import cut_strip
 from tsvision.measures.cut import Cut, crop

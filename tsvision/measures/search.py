@@ -11,7 +11,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from tsvision.images.order import percentile
+from tsvision.images.percentiles import percentile
 from tsvision.measures.band import Band
 from tsvision.measures.helix import Edges, HelixFit, descend, fit_helix, with_relief
 from tsvision.measures.line import line_through

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from tsvision.images.order import percentile
+from tsvision.images.percentiles import percentile
 from tsvision.measures.closing import closed
 from tsvision.measures.cut import Cut
 from tsvision.measures.helix import Edges

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tsvision.images.order import median, percentile, row_medians
+from tsvision.images.percentiles import median, percentile, row_medians
 
 SHARES = (0.0, 3.0, 25.0, 50.0, 70.0, 90.0, 97.0, 100.0)
 
