@@ -104,3 +104,35 @@ def test_no_coil_is_sought_in_noise(monkeypatch: pytest.MonkeyPatch) -> None:
     # a coil by twice as much as the noise is, still too small to swing
     fit_window(straight_in_noise(0.5, 1.0), section, 0.0, 240.0, DIAMETER_PX, NAN)
     assert sought
+
+
+@pytest.mark.parametrize("phase", [0.0, 3.0, 4.5])
+def test_an_edge_that_goes_with_the_lobes_is_no_coil(phase: float) -> None:
+    """Two strands, straight, lit from one side: the dark limb's edge is seen up to 1.6 px inside,
+    lobe by lobe. As a coil of one lobe's length it would add 0.09 to the pitch (measured so)."""
+    section, diameter_px, rate = pair_core(2), 15.5, 0.18
+    p = np.zeros(9)
+    p[RHO], p[K], p[PHI] = 0.5 * diameter_px / section.diameter_d, rate, 0.4
+    z = np.arange(-80.0, 81.0)
+    upper, lower = model_edges(p, section, z[0], z.size)
+    noise = 0.1 * np.random.default_rng(0).standard_normal((2, z.size))
+    inside = 0.8 * (1.0 + np.cos(2.0 * rate * z + phase))
+    sure = np.ones(z.size)
+    edges = Edges(z + 80.0, upper + noise[0], lower + noise[1] + inside, sure, sure, (1.0, 0.3))
+    found = fit_window(edges, section, 0.0, 160.0, diameter_px, NAN)
+    assert found is not None and not found.fit.coiled
+    assert found.fit.pitch_px == pytest.approx(2.0 * np.pi / rate, rel=0.01)
+
+
+@pytest.mark.parametrize("coils_a_lobe", [0.2, 0.35, 0.7])
+def test_a_slight_coil_is_found_wherever_it_is_not_in_step(coils_a_lobe: float) -> None:
+    """A sixth of D, so many coils a lobe."""
+    section = pair_core(2)
+    p = np.zeros(9)
+    p[RHO] = 0.5 * DIAMETER_PX / section.diameter_d
+    p[K], p[PHI], p[RC], p[KC], p[PHIC] = 0.1, 0.4, DIAMETER_PX / 6.0, 0.2 * coils_a_lobe, 1.0
+    upper, lower = model_edges(p, section, -120.0, 241)
+    edges = Edges(np.arange(241.0), upper, lower, np.ones(241), np.ones(241))
+    found = fit_window(edges, section, 0.0, 240.0, DIAMETER_PX, NAN)
+    assert found is not None and found.fit.coiled
+    assert found.fit.p[KC] == pytest.approx(p[KC], rel=0.05)

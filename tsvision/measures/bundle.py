@@ -25,7 +25,8 @@ SWINGS = 0.03  # rms of the middle line over D from which a coil is tried, ...
 SWINGS_WIDELY = 0.08  # ... and from which nothing else is
 POOR_FRAMES = 5  # for which a poor fit is carried on before all is searched again
 PLAINLY_STRAIGHT = 0.2  # cost of a straight fit below which no coil is tried
-COIL_PAYS = 0.85  # share of a straight fit's cost that a coiled one must stay below
+COIL_PAYS = 0.85  # share of a straight fit's cost that a coiled one must stay below, ...
+IN_STEP_PAYS = 0.4  # ... and where its coils go with the strands' lobes
 
 
 @dataclass(frozen=True)
@@ -209,4 +210,13 @@ def _choose(a: HelixFit | None, b: HelixFit | None, expected_rate: float) -> Hel
         return a if weighed(a, expected_rate) <= weighed(b, expected_rate) else b
     straight, coiled = (b, a) if a.coiled else (a, b)
     cost, cost_coiled = (f.cost * doubt(f.p, expected_rate) for f in (straight, coiled))
-    return straight if COIL_PAYS * cost <= cost_coiled else coiled
+    pays = IN_STEP_PAYS if _in_step(coiled) else COIL_PAYS
+    return straight if pays * cost <= cost_coiled else coiled
+
+
+def _in_step(fit: HelixFit) -> bool:
+    """Whether all along a fit one coil takes one lobe of the strands. Under light from one side the
+    dark limb's edge is seen where the light ends, which goes to and fro with the lobes: such a coil
+    describes it, and its torsion adds up to a third to the strands' pitch."""
+    beat = fit.section.lobes * abs(float(fit.p[K])) - float(fit.p[KC])
+    return abs(beat) * (fit.z_px[1] - fit.z_px[0]) < np.pi
