@@ -119,7 +119,11 @@ def edge() -> None:
     for lamp in angles:
         pair = (lambert(offsets, rho, float(lamp)), lambert(offsets, rho, float(-lamp)))
         half.append(float(np.interp(0.5 * pair[0].max(), pair[0], offsets)))
-        seen = [EdgeProfile(offsets, p, np.full(p.size, 0.002)) for p in pair]
+        means = [
+            np.mean([lambert(offsets + d, rho, float(at)) for d in np.linspace(-0.5, 0.5, 21)], 0)
+            for at in (lamp, -lamp)
+        ]  # as mean profiles are: over a px
+        seen = [EdgeProfile(offsets, p, np.full(p.size, 0.002)) for p in means]
         model.append(float(fit_shading((seen[0], seen[1]), rho)[2][0]))
     worst = np.abs(model)[angles >= 0].max(), np.abs(model)[angles < 0].max()
     print(f"edge model: {worst[0]:.2f} px on the lit side, {worst[1]:.2f} px on the shadow side")

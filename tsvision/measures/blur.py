@@ -18,6 +18,7 @@ from tsvision.measures.shading import (
     TEMPLATE_STEP_PX,
     EdgeProfile,
     Shading,
+    averaged_blur_px,
     make_shading,
 )
 from tsvision.measures.silhouette import model_edges
@@ -58,7 +59,8 @@ def blur_of(profiles: tuple[EdgeProfile, EdgeProfile], shading: tuple[Shading, S
     sharpest = [s.template for s in with_blur(shading, SHARPEST_PX)]
 
     def residuals(q: np.ndarray) -> np.ndarray:
-        sd = np.sqrt(max(q[0] ** 2 - SHARPEST_PX**2, 1e-6)) / TEMPLATE_STEP_PX
+        blur_px = averaged_blur_px(q[0])
+        sd = np.sqrt(max(blur_px**2 - SHARPEST_PX**2, 1e-6)) / TEMPLATE_STEP_PX
         out = []
         for p, template, place in zip(profiles, sharpest, q[1:], strict=True):
             blurred = gaussian_filter1d(template, sd, mode="nearest", truncate=3.5)

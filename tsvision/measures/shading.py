@@ -33,6 +33,10 @@ TEMPLATE_STEP_PX = 0.05
 TEMPLATE_GRID_PX = np.arange(TEMPLATE_START_PX, 30.0, TEMPLATE_STEP_PX)
 LAMPS_RAD = np.deg2rad(np.linspace(-90.0, 180.0, 13))
 BIN_PX = 0.25
+BINS_A_PX = 4
+FEWEST_IN_BIN, FEWEST_IN_PX = 2, 16  # samples
+FEWEST_MEANS = 8
+AVERAGED_SD_PX = 12.0**-0.5  # of a mean over one px
 BLUR_RANGE_PX = (0.35, 6.0)
 PLACE_RANGE_PX = (-4.5, 2.5)  # of the true edge on a profile's axis: < 0 outside the edge assumed
 OUTSIDE_PX = 5.0
@@ -45,7 +49,7 @@ RAMPS = 2  # unknowns that they are, for either sign: a light fit by nnls has no
 
 @dataclass(frozen=True)
 class EdgeProfile:
-    """Mean signal `value` (K,) at `t_px` (K,) inside an edge, with the mean's sd (K,)."""
+    """Mean signal `value` (K,) over the px about `t_px` (K,) inside an edge, with its sd (K,)."""
 
     t_px: np.ndarray
     value: np.ndarray
@@ -168,7 +172,13 @@ def edge_samples(
 
 
 def mean_profile(t_px: np.ndarray, value: np.ndarray) -> EdgeProfile | None:
-    """Trimmed mean of samples in bins of a quarter pixel; None with fewer than 8 filled bins."""
+    """Mean over every px of trimmed means of samples in bins of a quarter px; None with few of
+    them.
+
+    A column has a sample in every fourth bin: along edges that run with the rows, what the columns
+    of one sub-pixel phase differ in from those of another repeats from px to px, ten times what the
+    light leaves unexplained. A whole px holds every column once, wherever it lies.
+    """
     if t_px.size == 0:
         return None
     order = np.lexsort((value, np.floor(t_px / BIN_PX)))
@@ -178,12 +188,25 @@ def mean_profile(t_px: np.ndarray, value: np.ndarray) -> EdgeProfile | None:
     ends = np.append(starts[1:], t.size)
     found = []
     for a, b in zip(starts, ends, strict=True):
-        if b - a < 8:
+        if b - a < FEWEST_IN_BIN:
             continue
         cut = (b - a) // 10
         kept = v[a + cut : b - cut]
-        found.append((t[a:b].mean(), kept.mean(), v[a:b].std() / np.sqrt(b - a)))
-    if len(found) < 8:
+        found.append((bins[a], b - a, t[a:b].mean(), kept.mean(), v[a:b].var() / (b - a)))
+    if not found:
         return None
-    places, means, sds = np.array(found).T
-    return EdgeProfile(places, means, sds)
+    number, count, place, mean, variance = np.array(found).T
+    means = []
+    for first in range(len(number)):
+        px = slice(first, int(np.searchsorted(number, number[first] + BINS_A_PX)))
+        if number[-1] - number[first] < BINS_A_PX - 1 or count[px].sum() < FEWEST_IN_PX:
+            continue
+        # Neighbouring means share all bins but one: each has the sd of one bin, so that together
+        # they count as often as their bins do.
+        means.append((place[px].mean(), mean[px].mean(), np.sqrt(variance[px].mean())))
+    return EdgeProfile(*np.array(means).T) if len(means) >= FEWEST_MEANS else None
+
+
+def averaged_blur_px(blur_px: float) -> float:
+    """sd of what smears a mean profile: the picture's blur, and the px over which it is a mean."""
+    return float(np.hypot(blur_px, AVERAGED_SD_PX))

@@ -21,6 +21,7 @@ from tsvision.measures.shading import (
     TEMPLATE_GRID_PX,
     EdgeProfile,
     Shading,
+    averaged_blur_px,
     lamp_shapes,
     make_shading,
     ramp_prior,
@@ -160,7 +161,7 @@ class _System:
 
     def solve(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Light (2 * unknowns,) and all residuals in their sd, for q = (blur, both places)."""
-        shapes = lamp_shapes(self.rho_px, float(q[0]))
+        shapes = lamp_shapes(self.rho_px, averaged_blur_px(float(q[0])))
         blocks, target, gain = [], self.target.copy(), 1.0 - self.black
         for i, (p, sd) in enumerate(zip(self.profiles, self.sd, strict=True)):
             one = np.ones_like(p.t_px)
