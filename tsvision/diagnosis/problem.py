@@ -19,6 +19,7 @@ from tsvision.mechanisms.shelf import Parameter, Simulation
 from tsvision.mechanisms.state import Reference
 
 OFFSET_SD_MM = 0.1
+ZEROED = 0.5  # how often a lab's readings begin at 0 where the formula does not
 LEGS_SD = 0.1  # relative: no separator leads the strings quite straight to where they meet
 TAIL = 4.0
 WANDER_NODES = 5
@@ -217,7 +218,11 @@ def _groups(*columns: np.ndarray) -> np.ndarray:
 
 def _offsets(table: Table) -> np.ndarray:
     """A column per run that has displacements, and a common one: x(0) of the formula is not 0,
-    but a lab often zeroes the reading at 0 turns."""
+    but a lab often zeroes the reading at 0 turns.
+
+    Then all of x(0) is missing, else none of it: the column has the root mean square of that. A
+    wider one would take up what a wrong S or L does to the displacement.
+    """
     if "displacement_mm" not in table.observables:
         return np.zeros((table.rows, 0))
     moved = table.observable == table.observables.index("displacement_mm")
@@ -225,7 +230,8 @@ def _offsets(table: Table) -> np.ndarray:
     zeroing = np.hypot(at.twisting_zone_mm, at.hole_distance_mm / 2) - at.twisting_zone_mm
     runs = [r for r in range(len(table.runs)) if np.any(moved & (table.run == r))]
     own = [np.where(moved & (table.run == r), OFFSET_SD_MM, 0.0) for r in runs]
-    return np.column_stack([*own, np.where(moved, zeroing[table.condition], 0.0)])
+    common = np.sqrt(ZEROED) * zeroing[table.condition]
+    return np.column_stack([*own, np.where(moved, common, 0.0)])
 
 
 def _wander(table: Table) -> dict[str, np.ndarray]:
