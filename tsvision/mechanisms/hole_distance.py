@@ -23,8 +23,8 @@ _MAIN = Shape(
             "δS",
             low=-5.0,
             high=5.0,
-            typical=0.8,
-            starts=(-1.0, 1.0),
+            typical=1.5,  # a hole's own width, where edges were taken for centres
+            starts=(-0.6, 0.6),
         ),
     ),
     {"geometry": _shift},
