@@ -85,6 +85,7 @@ def proposal_dict(proposal: Proposal | None) -> dict[str, Any] | None:
         "noise": proposal.noise,
         "unit": proposal.unit,
         "decisiveness": proposal.decisiveness,
+        "chance_to_resolve": proposal.chance,
     }
 
 

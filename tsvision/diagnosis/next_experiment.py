@@ -1,4 +1,4 @@
-"""Where to measure next, so that the surviving causes part most (T-optimality)."""
+"""What to measure next, so that one cause stays; and where, so that they part most."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ import numpy as np
 
 from tsvision.diagnosis.arrange import GAIN_SD
 from tsvision.diagnosis.fit import Fit
-from tsvision.diagnosis.linearised import STEP
 from tsvision.diagnosis.problem import USUAL_NOISE, Problem
+from tsvision.diagnosis.resolving import Rival, chance_to_resolve, expected
 from tsvision.mechanisms.shelf import OBSERVABLES
 from tsvision.mechanisms.state import Conditions
 
 ENOUGH = 6.0  # a difference of so many standard deviations decides; more is worth nothing
 ENOUGH_SWEPT = 1.2  # the same where the observable is read all along the runs, some dozens of times
+BY_PARTING = 0.01  # chance to resolve that a standard deviation of parting is worth, beside it
+MOST_SWEPT = 80  # conditions of the runs at hand that are thought read again
 LEVELS = 8
 FIRST = 0.03  # of the largest turns: before much is laid, where a step or dead zone still shows
 
@@ -34,39 +36,57 @@ class Proposal:
     noise: float
     unit: str
     decisiveness: float
+    chance: float  # that only the true one stays in the class, read all along the runs
 
 
 def propose(
-    problem: Problem, survivors: list[Fit], skip: frozenset[str] = frozenset()
+    problem: Problem,
+    rivals: list[Rival],
+    base: Rival,
+    alarm: float,
+    shown: int,
+    decided: bool = False,
+    skip: frozenset[str] = frozenset(),
 ) -> Proposal | None:
-    """What to measure and where, so that the survivors part: the observable that parts even the
-    two most alike, at the conditions that part most of them."""
-    if len(survivors) < 2:
+    """What to measure and where, so that one of the rivals stays: the observable that likeliest
+    leaves the true one alone, at the conditions that part most of the first `shown`.
+
+    The base is no rival; but what is known already has to stay over the `alarm`. Where one of them
+    is `decided` on already, the observable is taken that parts it most from the others.
+    """
+    if len(rivals) < 2:
         return None
     best: tuple[float, Proposal] | None = None
-    design = _grid(problem)
+    design, sweep = _grid(problem), _sweep(problem)
+    survivors = [r.fitted for r in rivals[:shown]]
     for observable in OBSERVABLES:
         # The helix angle says the same as the pitch, the twist the same as the turns seen.
         if observable in skip or observable in ("pitch_mm", "turns_seen"):
             continue
         if observable == "torque_Nmm" and not np.all(np.isfinite(design.load_N)):
             continue
-        worth, proposal = _proposal(problem, design, survivors, observable)
+        parting, proposal = _proposal(problem, design, survivors, observable)
+        asked = _ask(problem, sweep, observable)
+        seen = [expected(asked, r.fitted) for r in (*rivals, base)]
+        noise = _noise(problem, survivors[0], observable, seen[0].mean)
+        chance = chance_to_resolve(rivals, seen, noise, base, alarm)
+        worth = parting if decided else chance + BY_PARTING * parting
         if best is None or worth > best[0]:
-            best = worth, proposal
+            best = worth, replace(proposal, chance=chance)
     return best[1] if best else None
 
 
 def _proposal(
     problem: Problem, design: Conditions, survivors: list[Fit], observable: str
 ) -> tuple[float, Proposal]:
-    """The best conditions to read one observable at, and what that is worth."""
+    """The best conditions to read one observable at, and by how many standard deviations it parts
+    the survivors, those most alike first of all."""
     asked = _ask(problem, design, observable)
-    seen = [_predict(asked, fitted) for fitted in survivors]
-    noise = _noise(problem, survivors[0], observable, seen[0][0])
+    seen = [expected(asked, fitted) for fitted in survivors]
+    noise = _noise(problem, survivors[0], observable, seen[0].mean)
     pairs = list(itertools.combinations(range(len(survivors)), 2))
-    apart = np.array([abs(seen[a][0] - seen[b][0]) for a, b in pairs])
-    spread = np.array([np.sqrt(noise**2 + seen[a][1] + seen[b][1]) for a, b in pairs])
+    apart = np.array([abs(seen[a].mean - seen[b].mean) for a, b in pairs])
+    spread = np.array([np.sqrt(noise**2 + seen[a].variance + seen[b].variance) for a, b in pairs])
     score = np.minimum(apart / spread, ENOUGH)
     total = score.mean(axis=0) + 1e-3 * (apart / spread).mean(axis=0)
     i = int(np.argmax(total))
@@ -87,7 +107,14 @@ def _proposal(
         noise=float(np.broadcast_to(noise, apart[pair].shape)[i]),
         unit=OBSERVABLES[observable],
         decisiveness=float(apart[pair, i] / spread[pair, i]),
+        chance=float("nan"),
     )
+
+
+def _sweep(problem: Problem) -> Conditions:
+    """The conditions at hand, evenly thinned where they are many."""
+    used = np.unique(problem.table.condition)
+    return problem.table.at.take(used[:: -(-len(used) // MOST_SWEPT)])
 
 
 def _grid(problem: Problem) -> Conditions:
@@ -152,22 +179,6 @@ def _ask(problem: Problem, design: Conditions, observable: str) -> Problem:
         wander=np.zeros((count, 0)),
         row_scale=np.ones(count),
     )
-
-
-def _predict(asked: Problem, fitted: Fit) -> tuple[np.ndarray, np.ndarray]:
-    """Mean and variance (m,) of what a fit expects, its parameters' uncertainty included."""
-    old = len(fitted.z)
-    new = asked.nuisances
-    used = old + len(fitted.u)
-    position = np.array([*range(old), *range(new, new + len(fitted.u))])
-    centre = np.zeros(new + len(fitted.u))
-    centre[position] = np.concatenate([fitted.z, fitted.u])
-    covariance = np.eye(len(centre))
-    covariance[np.ix_(position, position)] = fitted.covariance[:used, :used]
-    block = centre + np.vstack([np.zeros(len(centre)), STEP * np.eye(len(centre))])
-    rows = asked.predict(fitted.simulation, block[:, new:], block[:, :new])
-    slope = (rows[1:] - rows[0]) / STEP
-    return rows[0], np.einsum("pm,pq,qm->m", slope, covariance, slope)
 
 
 def _noise(problem: Problem, fitted: Fit, observable: str, seen: np.ndarray) -> np.ndarray:

@@ -9,10 +9,14 @@ from tsvision.diagnosis.confounding import TELL_RADIUS
 from tsvision.diagnosis.fit import Fit, fit
 from tsvision.diagnosis.next_experiment import Proposal, propose
 from tsvision.diagnosis.problem import Problem, from_value, to_value
+from tsvision.diagnosis.resolving import Rival
+from tsvision.diagnosis.select import alarm_of
 from tsvision.mechanisms import MECHANISMS, Simulation
 
 TWIN_SLACK = 15.0  # log evidence: a twin that fell further behind did not converge
-MOST_RIVALS = 4  # whose predictions are set against each other
+MOST_SHOWN = 4  # whose predictions are set against each other at one place
+NEAR = 8.0  # log evidence behind the best of those that new readings might bring back
+MOST_RIVALS = 10
 
 
 def proposal_of(
@@ -27,22 +31,30 @@ def proposal_of(
     part them, so displacement is then not proposed. (A camera's error of the stated diameter has
     no fit of its own: to the machine it is a radius that is off.)
     """
-    rivals = [c.best for c in survivors]
-    rivals += [c.best for c in selection.candidates if c.names in sets and c not in survivors]
-    fitted = {tuple(sorted(f.names)) for f in rivals}
+    inside = [*survivors]
+    inside += [c for c in selection.candidates if c.names in sets and c not in survivors]
+    rivals = [Rival(c.best, c.log_evidence) for c in inside]
+    best = rivals[0]
+    fitted = {tuple(sorted(c.names)) for c in inside}
     twins = [names for names in sets if tuple(sorted(names)) not in fitted]
     for names in twins:
-        twin = None if "camera_scale" in names else _twin(problem, rivals[0], names)
-        if twin is not None and twin.log_evidence > rivals[0].log_evidence - TWIN_SLACK:
-            rivals.append(twin)
+        twin = None if "camera_scale" in names else _twin(problem, best.fitted, names)
+        if twin is not None and twin.log_evidence > best.fitted.log_evidence - TWIN_SLACK:
+            rivals.append(Rival(twin, best.log_evidence))
+    same = [c for c in selection.candidates if len(c.names) == len(sets[0]) and c not in inside]
+    outside = [Rival(c.best, c.log_evidence) for c in same]
     if len(rivals) == 1:
-        own = sorted(rivals[0].names)
-        same = [c for c in selection.candidates if len(c.names) == len(own)]
-        rivals += [c.best for c in same if sorted(c.names) != own][:1]
+        rivals += outside[:1]
+        outside = outside[1:]
+    shown = min(len(rivals), MOST_SHOWN)
+    rivals += [r for r in outside if r.log_evidence > best.log_evidence - NEAR]
     exact = any({"radius_bias", "angle_scale"} & set(n) for n in sets) and len(sets) > 1
     blind = exact and not TELL_RADIUS & set(problem.table.observables)
     skip = frozenset(problem.table.observables) if blind else frozenset()
-    return propose(problem, rivals[:MOST_RIVALS], skip)
+    base = Rival(selection.base, selection.base.log_evidence)
+    return propose(
+        problem, rivals[:MOST_RIVALS], base, alarm_of(problem), shown, len(sets) == 1, skip
+    )
 
 
 PARALLEL = {  # shapes of radius_bias and of angle_scale that give the same x

@@ -6,6 +6,7 @@ from tsvision.diagnosis.verdict import Cause, Estimate
 from tsvision.mechanisms import MECHANISMS
 
 ALIKE = 3.0  # log evidence
+LIKELY = 0.8  # chance of one cause below which a proposal says that it may not be enough
 
 
 def paragraph(
@@ -96,10 +97,16 @@ def _next(proposal: dict) -> str:
     if proposal["load_N"] is not None and proposal["load_N"] == proposal["load_N"]:
         where += f" under {proposal['load_N']:.3g} N"
     what = proposal["observable"].rsplit("_", 1)[0].replace("_", " ")
-    return (
+    said = (
         f"To decide, measure the {what} {where}: the candidates differ there by "
         f"{proposal['expected_difference']:.2g} {proposal['unit']}."
     )
+    if proposal["chance_to_resolve"] < LIKELY:
+        said += (
+            " Even read all along the runs it leaves one cause with a probability of "
+            f"{proposal['chance_to_resolve']:.1g} only."
+        )
+    return said
 
 
 def bundle_paragraph(
