@@ -52,9 +52,8 @@ def proposal_of(
     blind = exact and not TELL_RADIUS & set(problem.table.observables)
     skip = frozenset(problem.table.observables) if blind else frozenset()
     base = Rival(selection.base, selection.base.log_evidence)
-    return propose(
-        problem, rivals[:MOST_RIVALS], base, alarm_of(problem), shown, len(sets) == 1, skip
-    )
+    rivals, decided = rivals[:MOST_RIVALS], len(sets) == 1
+    return propose(problem, rivals, base, alarm_of(problem), shown, decided=decided, skip=skip)
 
 
 PARALLEL = {  # shapes of radius_bias and of angle_scale that give the same x
