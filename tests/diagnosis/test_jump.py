@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tests.hidden import planted
+from tsvision.diagnosis.candidates import pool
 from tsvision.diagnosis.diagnose import diagnose
+from tsvision.diagnosis.fit import fit
+from tsvision.diagnosis.larger_sets import off_its_bounds
+from tsvision.diagnosis.problem import prepare
+from tsvision.diagnosis.select import _said_plainly
 from tsvision.diagnosis.table import table_from_rows
+from tsvision.mechanisms import MECHANISMS, Simulation
 from tsvision.records import Rig
 
 
@@ -42,3 +51,38 @@ def test_the_onset_of_a_jump_is_found(onset_turns: float) -> None:
     coiling = next(cause for cause in answer.causes if cause.name == "coiling")
     assert coiling.parameters["onset_turns"].value == pytest.approx(onset_turns, abs=0.7)
     assert coiling.parameters["jump_mm"].value == pytest.approx(0.9, abs=0.3)
+
+
+def test_what_stands_at_its_bound_is_tried_from_off_it() -> None:
+    """A coil whose first length the fit has lost: the onset and the width have made up for it."""
+    rng = np.random.default_rng(11)
+    rows = []
+    for turns in np.arange(0.0, 60.0, 0.25):
+        coils = 1.5 * np.logaddexp(0.0, (turns - 22.0) / 1.5)
+        across = 2.5 + 2.0 * np.pi * 0.235 * (turns - coils)
+        drawn = np.hypot(23.2, across) - 23.2 + 1.2 * coils
+        drawn += 0.9 * -np.expm1(-coils / 1.5) + 0.01 * rng.standard_normal()
+        rows.append({"run": "one", "turns": turns, "load_N": 20.0, "displacement_mm": drawn})
+    stated = {"strings": 2, "twisting_zone_mm": 23.2, "hole_distance_nominal_mm": 5.0}
+    rows = [{**row, **stated, "bundle_diameter_mm": 0.47} for row in rows]
+    asked = prepare(table_from_rows(list(rows[0]), rows, Rig()))
+    coiling = MECHANISMS["coiling"].extend(Simulation(), "rounded_snap")
+    found = fit(asked, coiling)
+    lost = replace(found, u=np.where(np.arange(4) == 3, 0.0, found.u))
+    (again,) = off_its_bounds(asked, lost)
+    assert again.u[3] * 6.0 * 0.235 == pytest.approx(0.9, abs=0.1)
+    assert off_its_bounds(asked, again) == []
+
+
+def test_a_shape_that_drifts_is_not_said_where_a_plain_one_is_as_likely() -> None:
+    rows = planted.plain_case("lost_turns", 960_001, planted.Setting(count=4, levels=9)).rows
+    asked = prepare(table_from_rows(list(rows[0]), rows, Rig()))
+    plain, drifting = (
+        fit(asked, MECHANISMS["lost_turns"].extend(Simulation(), shape))
+        for shape in ("sharp", "sharp_varying")
+    )
+    ahead = replace(drifting, log_evidence=plain.log_evidence + 1.3)  # 0.3 with its prior odds
+    found = _said_plainly(pool(asked, ("lost_turns",), [plain, ahead]))
+    assert found.best is plain and found.fits == (plain, ahead)
+    far = replace(drifting, log_evidence=plain.log_evidence + 3.0)
+    assert _said_plainly(pool(asked, ("lost_turns",), [plain, far])).best is far

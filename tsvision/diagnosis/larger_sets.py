@@ -39,6 +39,7 @@ ALWAYS = ("radius_bias", "coiling")
 DEEPENED = 7
 TRAPPED = 10.0  # log evidence by which a larger set may stand behind the smaller one in it
 NEXT_TO_NOTHING = 0.03  # of the size that is expected
+AT_BOUND = 1e-6  # in prior units
 ONSETS, SLIDING_STEPS = 60, 3  # tried where something jumps, and steps of the rest at each
 
 
@@ -91,6 +92,18 @@ def other_shapes(problem: Problem, best: Fit, fresh: bool = False) -> list[Fit]:
                     start = slid(problem, simulation, start, noise, i)
                 found.append(fit(problem, simulation, start, noise=noise))
     return found
+
+
+def off_its_bounds(problem: Problem, best: Fit) -> list[Fit]:
+    """The set once more, what stands at a bound from its first start; none where nothing does. At a
+    bound the rest has made up for a parameter, and no slope leads out."""
+    start = np.array([p.starts[0] for _, p in parameters(best.simulation)])
+    limits = np.array([bounds(p) for _, p in parameters(best.simulation)])
+    bound = np.any(np.isclose(best.u[:, None], limits, rtol=0.0, atol=AT_BOUND), axis=1)
+    if not bound.any():
+        return []
+    theta = np.concatenate([best.z, np.where(bound, start, best.u), best.offsets])
+    return [fit(problem, best.simulation, theta, noise=(best.sigma, best.rho))]
 
 
 def slid(

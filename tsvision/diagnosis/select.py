@@ -18,7 +18,13 @@ from tsvision.diagnosis.candidates import (
 )
 from tsvision.diagnosis.fit import Fit, fit
 from tsvision.diagnosis.lack_of_fit import MISFIT_P, lack_of_fit
-from tsvision.diagnosis.larger_sets import extended, fresh_pairs, other_shapes, without_one
+from tsvision.diagnosis.larger_sets import (
+    extended,
+    fresh_pairs,
+    off_its_bounds,
+    other_shapes,
+    without_one,
+)
 from tsvision.diagnosis.problem import USUAL_NOISE, Problem
 from tsvision.mechanisms import MECHANISMS, Simulation
 from tsvision.mechanisms.drifting import ELASTIC
@@ -38,6 +44,7 @@ HOPELESS = 20.0  # log evidence behind the best, beyond half the best's gain
 SECOND_ALARM = 2.5  # log evidence that a further cause must gain …
 SECOND_SHARE = 0.008  # … and at least this share of what the first gained, …
 KIN_SHARE = 0.05  # … or this, where both say how r goes with the turns
+ALIKE = 0.5  # log evidence that says nothing of which of two shapes it is
 LEAST_SHARE = 0.01  # of the base's misfit that a further cause must account for, or …
 LEAST_SIZE = 0.7  # … of a reading's usual noise
 
@@ -65,6 +72,10 @@ def select(problem: Problem, hints: Selection | None = None) -> Selection:
         fits = other_shapes(problem, chosen.best) + without_one(problem, chosen.best)
         candidates = merged(problem, candidates, fits)
         chosen = _choose(problem, base, candidates)
+    if chosen is not None:
+        plain = _said_plainly(chosen)
+        candidates = [plain if c is chosen else c for c in candidates]
+        chosen = plain
     ranked = tuple(sorted(candidates, key=lambda c: -c.log_evidence))
     return Selection(base, ranked, chosen)
 
@@ -75,7 +86,10 @@ def _beyond_pairs(
     """The chosen pair in other shapes; where even the best pair leaves anything, also from fresh
     starts, and triples."""
     if hints is None:
-        candidates = merged(problem, candidates, other_shapes(problem, chosen.best))
+        fits = other_shapes(problem, chosen.best)
+        for likely in (chosen.best, max(fits, key=weighed, default=chosen.best)):
+            fits += off_its_bounds(problem, likely)
+        candidates = merged(problem, candidates, fits)
         best = _pairs(candidates)[0].best
         if lack_of_fit(problem, best).p >= HARDLY_ALL_P:
             return candidates
@@ -170,6 +184,16 @@ def _plainest(candidate: Candidate) -> Fit:
         if not any(part.shape.name.endswith(ELASTIC) for part in f.simulation.parts)
     )
     return next(plain, candidate.best)
+
+
+def _said_plainly(candidate: Candidate) -> Candidate:
+    """With a shape that does not drift as its best, where the likeliest is no likelier than that:
+    what drifts may stand in for what another part's shape tells outright, such as a jump."""
+    plain = _plainest(candidate)
+    if weighed(candidate.best) - weighed(plain) >= ALIKE:
+        return candidate
+    others = tuple(f for f in candidate.fits if f is not plain)
+    return replace(candidate, best=plain, fits=(plain, *others))
 
 
 def _further_share(names: tuple[str, ...]) -> float:
