@@ -34,7 +34,7 @@ def tube(
     return np.interp(offsets_px, t, soft)
 
 
-def mean_tube(
+def px_tube(
     offsets_px: np.ndarray, rho_px: float, blur_px: float, a: float, b: float, c: float
 ) -> np.ndarray:
     """The same as a mean profile shows it, each value over one px."""
@@ -56,7 +56,7 @@ def test_a_plain_step_is_placed_exactly(rho_px: float, sense: int) -> None:
     """Silhouette lighting: 0.4 px off before, under 0.03 px after. Bright strings without any ramp
     are unlikely light, hence 0.15 there."""
     offsets = offsets_for(rho_px)
-    profile = seen(rho_px, mean_tube(offsets + 0.4, rho_px, 1.0, 1.0, 0.0, 0.0), offsets)
+    profile = seen(rho_px, px_tube(offsets + 0.4, rho_px, 1.0, 1.0, 0.0, 0.0), offsets)
     black = 1.03 if sense < 0 else 0.0
     *sides, place = fit_shading((profile, profile), rho_px, black)
     np.testing.assert_allclose(place, -0.4, atol=0.03 if sense < 0 else 0.15)
@@ -73,7 +73,7 @@ def test_the_edge_of_a_lit_tube_lies_outside_its_half_level(
     offsets = offsets_for(rho_px)
     turn = np.deg2rad(angle_deg)
     sides = [
-        mean_tube(offsets, rho_px, 1.0, 0.3, 0.7 * np.cos(turn), sign * 0.7 * np.sin(turn))
+        px_tube(offsets, rho_px, 1.0, 0.3, 0.7 * np.cos(turn), sign * 0.7 * np.sin(turn))
         for sign in (1.0, -1.0)
     ]
     half = [float(np.interp(0.5 * p.max(), p, offsets)) for p in sides]
@@ -98,9 +98,9 @@ def test_what_is_told_by_hue_and_darkness_stands_out_at_a_dark_limb(
     upper, lower = (
         seen(
             rho_px,
-            black * mean_tube(offsets, rho_px, 1.0, 1.0, 0.0, 0.0)
+            black * px_tube(offsets, rho_px, 1.0, 1.0, 0.0, 0.0)
             + (1.0 - black)
-            * mean_tube(offsets, rho_px, 1.0, 0.2, 0.8 * np.cos(turn), sign * 0.8 * np.sin(turn)),
+            * px_tube(offsets, rho_px, 1.0, 0.2, 0.8 * np.cos(turn), sign * 0.8 * np.sin(turn)),
             offsets,
         )
         for sign in (1.0, -1.0)
@@ -119,7 +119,7 @@ def test_one_lamp_is_found_for_what_it_is(rho_px: float, angle_deg: float) -> No
     sides = [
         seen(
             rho_px,
-            mean_tube(offsets + 0.2, rho_px, 1.0, 0.3, 0.7 * np.cos(turn), sign * 0.7 * np.sin(turn)),
+            px_tube(offsets + 0.2, rho_px, 1.0, 0.3, 0.7 * np.cos(turn), sign * 0.7 * np.sin(turn)),
             offsets,
         )
         for sign in (1.0, -1.0)
@@ -142,7 +142,8 @@ def test_neighbours_that_take_light_do_not_move_the_edge(rho_px: float, angle_de
     sides = [
         seen(
             rho_px,
-            left * mean_tube(offsets, rho_px, 1.0, 0.3, 0.7 * np.cos(turn), sign * 0.7 * np.sin(turn)),
+            left
+            * px_tube(offsets, rho_px, 1.0, 0.3, 0.7 * np.cos(turn), sign * 0.7 * np.sin(turn)),
             offsets,
         )
         for sign in (1.0, -1.0)
@@ -158,7 +159,7 @@ def test_the_light_found_is_the_light_that_shone() -> None:
     offsets = offsets_for(12.0)
     turn = np.deg2rad(45.0)
     sides = [
-        mean_tube(offsets, 12.0, 1.0, 0.2, 0.8 * np.cos(turn), sign * 0.8 * np.sin(turn))
+        px_tube(offsets, 12.0, 1.0, 0.2, 0.8 * np.cos(turn), sign * 0.8 * np.sin(turn))
         for sign in (1.0, -1.0)
     ]
     upper, lower, _ = fit_shading(
@@ -222,7 +223,7 @@ def test_a_mean_profile_does_not_tell_which_columns_lie_where(phases: tuple[floa
     assert profile is not None and profile.t_px.size >= 8
     inside = (profile.t_px > 0.7) & (profile.t_px < 4.3)
     slope = np.diff(profile.value[inside]) / np.diff(profile.t_px[inside])
-    assert slope.min() > 0.15 and slope.max() < 0.25  # a bin at a time: 0.2 by that bin's brightness
+    assert slope.min() > 0.15 and slope.max() < 0.25  # a bin a step: 0.2 by its brightness
 
 
 @pytest.mark.parametrize("slope", [-0.004, 0.004])
@@ -232,7 +233,7 @@ def test_ground_that_slopes_beside_a_dark_limb_is_not_taken_for_the_limb(slope: 
     rho_px, turn = 6.0, np.deg2rad(60.0)
     offsets = offsets_for(rho_px)
     lit, dark = (
-        mean_tube(offsets, rho_px, 1.0, 0.05, 0.9 * np.cos(turn), sign * 0.9 * np.sin(turn))
+        px_tube(offsets, rho_px, 1.0, 0.05, 0.9 * np.cos(turn), sign * 0.9 * np.sin(turn))
         for sign in (1.0, -1.0)
     )
     widths = []
