@@ -27,6 +27,7 @@ ROUNDED = 2.0
 WIDENED = 3.0
 CONTRADICTED = 0.023  # chance: two sd of a width whose sd is known
 UNTOLD_PX = 1e3
+BLUNT = 0.5  # of a strand's radius: what is known no better contradicts no light
 FINEST_PX = 0.05  # residuals below which sides are equally good
 
 
@@ -84,7 +85,7 @@ def shape_of(fitted: list[tuple[Edges, BundleFit]], blur_px: float) -> Shape:
     # Welch-Satterthwaite: what is expected beforehand has no end of degrees of freedom.
     freedom = float((len(wider) - 1) * (sd_px / scatter) ** 4) if seen > expected else np.inf
     told = Shape(float(np.median(wider)), sd_px, freedom)
-    return told if told.sd_px < UNTOLD_PX else UNKNOWN  # no fit came to an end: not a number
+    return told if told.sd_px < BLUNT * strand else UNKNOWN  # nor where no fit came to an end
 
 
 def trust_of(fitted: list[tuple[Edges, BundleFit]]) -> tuple[float, float]:
