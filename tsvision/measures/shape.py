@@ -85,7 +85,8 @@ def shape_of(fitted: list[tuple[Edges, BundleFit]], blur_px: float) -> Shape:
     # Welch-Satterthwaite: what is expected beforehand has no end of degrees of freedom.
     freedom = float((len(wider) - 1) * (sd_px / scatter) ** 4) if seen > expected else np.inf
     told = Shape(float(np.median(wider)), sd_px, freedom)
-    return told if told.sd_px < BLUNT * strand else UNKNOWN  # nor where no fit came to an end
+    # An sd of nan, where no fit came to an end, is no better known either.
+    return told if told.sd_px < BLUNT * strand else UNKNOWN
 
 
 def trust_of(fitted: list[tuple[Edges, BundleFit]]) -> tuple[float, float]:
