@@ -15,7 +15,7 @@ from tsvision.errors import InputError
 from tsvision.records import Onset, Rig
 from tsvision.timeline import evidence as speak
 from tsvision.timeline.apart import told_apart
-from tsvision.timeline.background import least_believed
+from tsvision.timeline.background import ITS_TOP, least_believed, without_lone_lobes
 from tsvision.timeline.chain import Histories, infer
 from tsvision.timeline.consistency import (
     MOST_AGAINST,
@@ -42,8 +42,6 @@ from tsvision.timeline.unknown import (
 )
 from tsvision.timeline.unwinding import all_runs, ways_back
 from tsvision.timeline.young import with_young
-
-ITS_TOP = 0.9  # share of a frame's largest E from which a sighting is what sets it
 
 
 @dataclass(frozen=True)
@@ -82,14 +80,15 @@ def account(
     knots = in_both_units(frames, knots.reset_index(drop=True))
     order = order_frames(frames)
     zone_mm = rig.actuator.twisting_zone_mm
-    knots = told_apart(frames, with_young(frames, knots, order, zone_mm), order)
-    tracking = track_knots(frames, knots, order, zone_mm)
+    plain = without_lone_lobes(frames, knots)
+    knots = told_apart(frames, with_young(plain, knots, order, zone_mm), order)
+    tracking = track_knots(plain, knots, order, zone_mm)
     spoken = _evidence(frames, knots, tracking, rig, criteria)
     histories = infer_all(spoken, order, speak.ready_to_knot(frames))
     seen = speak.measured(frames)[order.rows]
     onsets, reasons = _onsets(histories, order, seen, criteria)
     onsets, reasons = _checked(onsets, reasons, frames, rig, histories, spoken, order, seen)
-    least = least_believed(frames, knots, order)
+    least = least_believed(plain, knots, order)
     onsets, reasons = without_what_noise_hides(onsets, reasons, least)
     onsets, reasons = without_what_is_unknown(onsets, reasons, frames, rig)
     unseen = not_the_strings(frames, order, rig)

@@ -4,6 +4,9 @@ One view reads the envelope with errors of its own: lobes of strand and coil bea
 a coiled bundle the largest E(s) therefore lies above the baseline by several per cent, knot or no
 knot, and by how much depends on strings, light and lens. The frames themselves tell: what the
 largest E / E₀ has been so far is the background; a sighting counts by how far it stands above it.
+A lobe too short for a knot (a fibre that lies across, two crests that meet) tells nothing of how
+far a stretch as long as a knot may seem to stand out: where one sets the largest E, the frame is
+left out.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ from collections import deque
 import numpy as np
 import pandas as pd
 
+from tsvision.measures.knots import LOBE
 from tsvision.timeline.evidence import CONFIDENCE_IF_UNKNOWN, ratio_of
 from tsvision.timeline.order import Order, numbers
 
@@ -22,6 +26,7 @@ BELIEVED_AT = 2.0  # spreads at which a sighting is as likely a knot as not
 STEEPNESS = 1.5  # log-odds per spread
 STEADY_FRAMES = 5
 COILED = 0.05  # A / D from which a frame belongs to the background of coiling
+ITS_TOP = 0.9  # share of a frame's largest E from which a sighting is what sets it
 
 
 class Background:
@@ -68,6 +73,18 @@ class Background:
         middle, spread = self.middle_and_spread()
         if not sighted or ratio <= middle + BELIEVED_AT * spread:
             self._ratios.append(ratio)
+
+
+def without_lone_lobes(frames: pd.DataFrame, knots: pd.DataFrame) -> pd.DataFrame:
+    """`frames` with the largest E left out (NaN) where a lobe among `knots` sets it."""
+    lobes = knots[numbers(knots, "confidence") <= LOBE]
+    top = numbers(frames, "max_envelope_mm").copy()
+    size = numbers(lobes, "max_diameter_mm")
+    largest = pd.Series(size).groupby(lobes["frame"].to_numpy()).max()
+    lobe = frames["frame"].map(largest).to_numpy(dtype=float)
+    with np.errstate(invalid="ignore"):
+        top[lobe >= ITS_TOP * top] = np.nan
+    return frames.assign(max_envelope_mm=top)
 
 
 def chances(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> np.ndarray:
