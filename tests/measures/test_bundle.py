@@ -11,10 +11,10 @@ from scipy.ndimage import gaussian_filter1d
 from tsvision.measures import bundle
 from tsvision.measures.bundle import SCALE_PX, BundleFit, fit_window
 from tsvision.measures.fits import _better
-from tsvision.measures.helix import Edges
+from tsvision.measures.helix import Edges, fit_helix
 from tsvision.measures.section import pair_core
 from tsvision.measures.shape import trust_of
-from tsvision.measures.silhouette import KC, PHI, PHIC, RC, RHO, K, model_edges
+from tsvision.measures.silhouette import COILED, KC, PHI, PHIC, RC, RHO, K, model_edges
 from tsvision.measures.weigh import POOR, noise_cost
 
 DIAMETER_PX = 30.0
@@ -136,3 +136,15 @@ def test_a_slight_coil_is_found_wherever_it_is_not_in_step(coils_a_lobe: float) 
     found = fit_window(edges, section, 0.0, 240.0, DIAMETER_PX, NAN)
     assert found is not None and found.fit.coiled
     assert found.fit.p[KC] == pytest.approx(p[KC], rel=0.05)
+
+
+def test_light_on_the_flanks_of_a_coil_does_not_move_the_diameter() -> None:
+    """Edges seen farther out the more their flank is turned towards a lamp down the axis."""
+    lit, _ = dark_below(9.0, 0)
+    steep = [np.clip(o * np.gradient(e), 0, 1) for o, e in ((1, lit.upper_px), (-1, lit.lower_px))]
+    edges = replace(lit, upper_px=lit.upper_px + steep[0], lower_px=lit.lower_px - steep[1])
+    found = fit_window(edges, pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN)
+    assert found is not None and found.fit.coiled
+    alike = fit_helix(edges, found.fit.section, found.fit.p, COILED)
+    off, without = (abs(fit.diameter_px - DIAMETER_PX) for fit in (found.fit, alike))
+    assert off < 0.5 * without

@@ -72,6 +72,6 @@ def test_small_errors_along_the_axis_do_not_make_the_right_fit_look_poor() -> No
     moved = [e + np.gradient(e) * j for e, j in zip((upper, lower), jitter, strict=True)]
     edges = Edges(np.arange(float(count)), *moved, *np.ones((2, count)))
     along_n = fit_helix(edges, section, p, FREE_COILED)
-    square = fit_helix(replace(edges, by_normal=True), section, p, FREE_COILED)
+    square = fit_helix(replace(edges, half_slope=1.0), section, p, FREE_COILED)
     assert square.cost < 0.8 * along_n.cost
     assert square.pitch_px == pytest.approx(along_n.pitch_px, rel=0.01)

@@ -27,6 +27,10 @@ POOR_FRAMES = 5  # for which a poor fit is carried on before all is searched aga
 PLAINLY_STRAIGHT = 0.2  # cost of a straight fit below which no coil is tried
 COIL_PAYS = 0.85  # share of a straight fit's cost that a coiled one must stay below, ...
 IN_STEP_PAYS = 0.4  # ... and where its coils go with the strands' lobes
+# Slope of an outline that coils at which an edge counts half. Small errors along s are large ones
+# along n there; and on the flanks strands face other ways than on the crests, into light and shade
+# that the mean edge of straight bundles does not show.
+FLANK = 0.25
 
 
 @dataclass(frozen=True)
@@ -73,7 +77,7 @@ def fit_window(
     if swing < SWINGS:  # along a straight bundle a dark limb's light ends equally far in throughout
         part = replace(part, trust=(1.0, 1.0))
     else:
-        part = replace(part, by_normal=True)
+        part = replace(part, half_slope=FLANK)
     best = None
     if before is not None and (coil or not before.fit.coiled):
         best = _carried_on(part, before, expected_rate, scale_px)
@@ -105,7 +109,7 @@ def fit_window(
 def as_elsewhere(edges: Edges, found: BundleFit, other: BundleFit) -> BundleFit:
     """A fit that may be another coil, or what the strands of `other`, farther along the bundle,
     make of its stretch, whichever counts less: a bundle is twisted alike all along."""
-    part = replace(edges.window(found.s_low_px, found.s_high_px), by_normal=True)
+    part = replace(edges.window(found.s_low_px, found.s_high_px), half_slope=FLANK)
     fit = _carried_on(part, other, found.expected_rate, SCALE_PX)
     if fit is None or not fit.coiled:
         return found

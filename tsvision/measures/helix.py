@@ -37,8 +37,8 @@ class Edges:
     outline along s.
     light: (R, M) what is seen between and beside the edges, rows evenly about n = 0; None where
     only edges are known.
-    by_normal: whether a residual counts by how far it lies from the edge, not along n: where the
-    outline runs steeply, as it does along a coil, small errors along s are large ones along n."""
+    half_slope: slope of the outline at which a residual along n, squared, counts half of what it
+    does where the outline is level; 1 is to count by how far it lies from the edge."""
 
     s_px: np.ndarray
     upper_px: np.ndarray
@@ -48,7 +48,7 @@ class Edges:
     trust: tuple[float, float] = (1.0, 1.0)
     blur_px: float = 0.0
     light: np.ndarray | None = None
-    by_normal: bool = False
+    half_slope: float = float("inf")
 
     def window(self, s_low: float, s_high: float) -> Edges:
         """The columns in s_low..s_high, which lie in order: nothing is copied."""
@@ -80,14 +80,13 @@ class Edges:
         return np.array(self.trust)[:, None] * np.stack([self.upper_weight, self.lower_weight])
 
     @cached_property
-    def square_cosines(self) -> np.ndarray:
-        """Of the slopes of both edges (2, M): what a residual along n, squared, is worth across the
-        edge itself; 1 unless `by_normal`."""
-        if not self.by_normal:
+    def worth(self) -> np.ndarray:
+        """Of a squared residual along n of either edge (2, M), by the outline's slope there."""
+        if np.isinf(self.half_slope):
             return np.ones((2, self.s_px.size))
         both = ((self.upper_px, self.upper_weight), (self.lower_px, self.lower_weight))
         slopes = np.stack([slope_of(edge, weight > 0.0, SLOPE_SD_PX) for edge, weight in both])
-        return np.asarray(1.0 / (1.0 + slopes**2))
+        return np.asarray(1.0 / (1.0 + (slopes / self.half_slope) ** 2))
 
 
 @dataclass(frozen=True)
@@ -193,7 +192,7 @@ def descend(
         0.5 * float(edges.s_px[0] - edges.s_px[-1]),
         edges.observed,
         edges.trusted,
-        edges.square_cosines,
+        edges.worth,
         scale_px,
         _step(start),
         iterations,
@@ -248,13 +247,13 @@ def fit_helix(
             z0,
             observed,
             edges.trusted,
-            edges.square_cosines,
+            edges.worth,
             scale_px,
             step,
             most,
             normal,
         )
-    r = (observed - model_edges(p, section, z0, edges.s_px.size)) * np.sqrt(edges.square_cosines)
+    r = (observed - model_edges(p, section, z0, edges.s_px.size)) * np.sqrt(edges.worth)
     w = np.stack([edges.upper_weight, edges.lower_weight])
     good = (w > 0) & (np.abs(r) < 3 * scale_px)
     side = np.broadcast_to(np.array(edges.trust)[:, None], r.shape)[good]
@@ -285,7 +284,7 @@ def _inverse(system: np.ndarray) -> np.ndarray:
 
 @numba.njit(cache=True)
 def _normal_equations(
-    p, free, site_radius, site_angle, z0, observed, weights, cos2, scale, step, normal, right
+    p, free, site_radius, site_angle, z0, observed, weights, worth, scale, step, normal, right
 ):  # pragma: no cover - compiled
     """Gauss-Newton system of the free parameters with Tukey-like (Geman-McClure) weights; returns
     cost and weight sum."""
@@ -306,7 +305,7 @@ def _normal_equations(
             r = observed[side, c] - (upper[c] if side == 0 else lower[c])
             if not abs(r) < 1e6:
                 continue
-            t = (r / scale) ** 2 * cos2[side, c]
+            t = (r / scale) ** 2 * worth[side, c]
             cost += weight * t / (1.0 + t)
             total += weight
             z = at_u[c, 0] if side == 0 else at_l[c, 0]
@@ -314,7 +313,7 @@ def _normal_equations(
             sense = 1.0 - 2.0 * side
             gradient(c + z0, z, i, sense, p, site_radius, site_angle, grads[:, used])
             residuals[used] = r
-            counts[used] = weight * cos2[side, c] / ((1.0 + t) * (1.0 + t))
+            counts[used] = weight * worth[side, c] / ((1.0 + t) * (1.0 + t))
             used += 1
     for a in range(free.size):
         of_a = grads[free[a]]
@@ -350,7 +349,7 @@ def _minimise(
     z0,
     observed,
     weights,
-    cos2,
+    worth,
     scale,
     step,
     iterations,
@@ -362,7 +361,7 @@ def _minimise(
     m = free.size
     normal, right = np.empty((m, m)), np.empty(m)
     cost, total = _normal_equations(
-        p, free, site_radius, site_angle, z0, observed, weights, cos2, scale, step, normal, right
+        p, free, site_radius, site_angle, z0, observed, weights, worth, scale, step, normal, right
     )
     for a in range(9):
         cost += prior_weight[a] * (p[a] - prior_mean[a]) ** 2
@@ -395,7 +394,7 @@ def _minimise(
                     z0,
                     observed,
                     weights,
-                    cos2,
+                    worth,
                     scale,
                     step,
                     new_normal,

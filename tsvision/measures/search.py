@@ -259,7 +259,7 @@ def _valleys(
         -half,
         edges.observed,
         edges.trusted,
-        edges.square_cosines,
+        edges.worth,
         0.25 * rho,
         max(0.35, min(1.0, 0.4 * rho)),
         costs,

@@ -2,9 +2,10 @@
 
 Light that is spread over many lamps and light that comes from one explain a profile about equally
 well, with edges some tenths of a px apart: what tells them apart lies within one blur of the limb.
-Neither is known to be right, so that the place is the mean of both, weighed by how well each
-describes the profiles and by how common it is - rigs have a lamp, and the prior of spread light
-draws a limb with little of it inwards -, and their difference enters its uncertainty.
+Neither is right, so that the place is the mean of both, weighed by how common each is - rigs have a
+lamp, and the prior of spread light draws a limb with little of it inwards - and a little by how
+well it describes the profiles: the better description is as often as not the worse place. Their
+difference enters the uncertainty.
 """
 
 from __future__ import annotations
@@ -41,8 +42,8 @@ FLOOR_GROWTH = 20.0  # ... growing inwards, where neighbours shade and gleam
 REWEIGHED, REWEIGHED_BINS = 2, 9  # times, over this stretch of a profile
 RIVAL = 1.5  # times the best cost
 WIDTH_PX = 0.02  # by which a width may be off
-LAMP_ODDS = 4.0  # that one lamp lights the strings, before the profiles are seen
-LAMP_POWER = 4  # of the two misfits' ratio: the better description counts more
+LAMP_ODDS = 2.0  # that one lamp lights the strings, before the profiles are seen
+LAMP_POWER = 0.5  # of the two misfits' ratio: the better description counts a little more
 
 
 def fit_shading(
