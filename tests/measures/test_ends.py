@@ -7,6 +7,7 @@ N = 6 is the case that the spigot spoils: it is as wide as the bundle, and the b
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -19,8 +20,9 @@ from tsvision.images.frames import open_recording
 from tsvision.images.sight import Sight
 from tsvision.images.strip import straight_axis
 from tsvision.measures import legs
+from tsvision.measures.budgets import connector_px
 from tsvision.measures.cut import Cut, cut_frame
-from tsvision.measures.ends import _ends_of_motion, _pair, find_ends
+from tsvision.measures.ends import Ends, _ends_of_motion, _pair, find_ends
 from tsvision.measures.legs import Face, apex_from_legs, face_from_legs
 from tsvision.measures.looks import Looks, learn_looks
 from tsvision.measures.recording import sample_pictures
@@ -187,3 +189,20 @@ def test_legs_cross_at_the_apex(clean: Film) -> None:
     found = apex_from_legs(picture, cut, looks.sight, looks.face, looks.ends.plate_px)
     seen = (found - looks.zero_px) * clean.mm_per_px
     assert seen == pytest.approx(float(clean.truth["apex_mm"].iloc[-1]), abs=0.15)
+
+
+@pytest.mark.parametrize(
+    ("seen_px", "legs_sd_px", "face_px"),
+    [(1032.0, 1.0, 1000.0), (1005.0, 1.0, 1000.0), (940.0, 1.0, 940.0), (1032.0, NAN, 1032.0)],
+)
+def test_turns_are_counted_to_where_the_legs_put_the_face(
+    seen_px: float, legs_sd_px: float, face_px: float
+) -> None:
+    """A spigot that glitters as it turns: motion goes on to the body, 4 % of L beyond the face."""
+    looks = SimpleNamespace(
+        ends=Ends(seen_px, 258.0),
+        zero_px=253.0,
+        zone_px=747.0,
+        face=Face(253.0, legs_sd_px, 80.0, 0.0) if np.isfinite(legs_sd_px) else None,
+    )
+    assert connector_px(looks) == face_px

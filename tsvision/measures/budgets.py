@@ -72,10 +72,10 @@ def add_budgets(
 
 
 def connector_px(looks: Looks) -> float:
-    """s of the connector's face: L from where the legs leave the plate, if it is seen about there.
-    Motion ends a little before the face, the more the blur and the spigot's glitter."""
+    """s of the connector's face: L from where the legs leave the plate, unless it is seen well
+    before that. Motion ends a little before the face in blur, and beyond a spigot that glitters."""
     seen, told = looks.ends.connector_px, looks.zero_px + looks.zone_px
-    if looks.face is None or not abs(seen - told) < NEAR_SHARE * looks.zone_px:
+    if looks.face is None or not seen > told - NEAR_SHARE * looks.zone_px:
         return seen
     return told
 
