@@ -145,6 +145,9 @@ def test_light_on_the_flanks_of_a_coil_does_not_move_the_diameter() -> None:
     edges = replace(lit, upper_px=lit.upper_px + steep[0], lower_px=lit.lower_px - steep[1])
     found = fit_window(edges, pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN)
     assert found is not None and found.fit.coiled
-    alike = fit_helix(edges, found.fit.section, found.fit.p, COILED)
-    off, without = (abs(fit.diameter_px - DIAMETER_PX) for fit in (found.fit, alike))
-    assert off < 0.5 * without
+    least, by_normal, alike = (
+        abs(fit_helix(part, found.fit.section, found.fit.p, COILED).diameter_px - DIAMETER_PX)
+        for part in (replace(edges, half_slope=m) for m in (bundle.FLANK, 1.0, np.inf))
+    )
+    assert least < 0.85 * by_normal < 0.85 * alike
+    assert abs(found.fit.diameter_px - DIAMETER_PX) < 0.5 * alike

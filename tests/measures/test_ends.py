@@ -192,17 +192,17 @@ def test_legs_cross_at_the_apex(clean: Film) -> None:
 
 
 @pytest.mark.parametrize(
-    ("seen_px", "legs_sd_px", "face_px"),
-    [(1032.0, 1.0, 1000.0), (1005.0, 1.0, 1000.0), (940.0, 1.0, 940.0), (1032.0, NAN, 1032.0)],
+    ("seen_px", "legs_tell", "face_px"),
+    [(1032.0, True, 1000.0), (1005.0, True, 1000.0), (940.0, True, 940.0), (1032.0, False, 1032.0)],
 )
 def test_turns_are_counted_to_where_the_legs_put_the_face(
-    seen_px: float, legs_sd_px: float, face_px: float
+    seen_px: float, legs_tell: bool, face_px: float
 ) -> None:
     """A spigot that glitters as it turns: motion goes on to the body, 4 % of L beyond the face."""
     looks = SimpleNamespace(
         ends=Ends(seen_px, 258.0),
         zero_px=253.0,
         zone_px=747.0,
-        face=Face(253.0, legs_sd_px, 80.0, 0.0) if np.isfinite(legs_sd_px) else None,
+        face=Face(253.0, 1.0, 80.0, 0.0) if legs_tell else None,
     )
     assert connector_px(looks) == face_px

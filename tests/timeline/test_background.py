@@ -7,7 +7,7 @@ import pandas as pd
 
 from tests.timeline.series import KNOT_COLUMNS
 from tsvision.measures.knots import LOBE
-from tsvision.timeline.account import account
+from tsvision.timeline.account import Account, account
 
 D, MM_PER_PX = 0.5, 0.025
 TURNS = np.array([0.0, 5, 10, 15, 20, 25, 30, 34, 38, 42, 46, 50, 56, 62])
@@ -15,7 +15,7 @@ COILED, KNOTTED = 6, 9  # the first frames with a coil, and with a knot
 RISES = (1.33, 1.25, 1.26)  # largest E over E0 between
 
 
-def as_told(lobes: bool):
+def as_told(lobes: bool) -> Account:
     """The account of a coil that stands out here and there by RISES; if `lobes` they are seen to be
     no longer than a fibre is thick. A knot of 1.46 to 1.6 times E0 follows."""
     coil = np.maximum(np.arange(len(TURNS)) - COILED + 1, 0) * 0.06

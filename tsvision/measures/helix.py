@@ -91,8 +91,9 @@ class Edges:
 
 @dataclass(frozen=True)
 class HelixFit:
-    """Result of a fit: `p` (9,) and its covariance (9, 9), rms residual px, robust cost; blur_px of
-    the edges fitted; relief: share of the light inside that it explains, 0 where not looked at."""
+    """Result of a fit: `p` (9,) and its covariance (9, 9), rms residual px (counted by `worth`),
+    robust cost; blur_px of the edges fitted; relief: share of the light inside that it explains, 0
+    where not looked at."""
 
     p: np.ndarray
     covariance: np.ndarray

@@ -15,7 +15,7 @@ from tsvision.errors import InputError
 from tsvision.records import Onset, Rig
 from tsvision.timeline import evidence as speak
 from tsvision.timeline.apart import told_apart
-from tsvision.timeline.background import ITS_TOP, least_believed, without_lone_lobes
+from tsvision.timeline.background import least_believed, sets_top, without_lone_lobes
 from tsvision.timeline.chain import Histories, infer
 from tsvision.timeline.consistency import (
     MOST_AGAINST,
@@ -154,7 +154,7 @@ def _bundle_alone(frames: pd.DataFrame, knots: pd.DataFrame, tracking: Tracking)
     for i, frame in enumerate(frames["frame"].to_numpy()):
         here = name == frame
         wrong = size[here & tracking.artefact]
-        if len(wrong) and np.nanmax(wrong, initial=0.0) >= ITS_TOP * top[i]:
+        if len(wrong) and sets_top(np.nanmax(wrong, initial=0.0), top[i]):
             top[i] = np.nanmax(size[here & ~tracking.artefact], initial=0.0)
     return frames.assign(max_envelope_mm=top)
 

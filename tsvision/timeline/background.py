@@ -75,16 +75,19 @@ class Background:
             self._ratios.append(ratio)
 
 
+def sets_top(size_mm: float, top_mm: float) -> bool:
+    """Whether a sighting so large is what sets a frame's largest E; not where either is unknown."""
+    return bool(size_mm >= ITS_TOP * top_mm)
+
+
 def without_lone_lobes(frames: pd.DataFrame, knots: pd.DataFrame) -> pd.DataFrame:
     """`frames` with the largest E left out (NaN) where a lobe among `knots` sets it."""
     lobes = knots[numbers(knots, "confidence") <= LOBE]
-    top = numbers(frames, "max_envelope_mm").copy()
-    size = numbers(lobes, "max_diameter_mm")
-    largest = pd.Series(size).groupby(lobes["frame"].to_numpy()).max()
-    lobe = frames["frame"].map(largest).to_numpy(dtype=float)
-    with np.errstate(invalid="ignore"):
-        top[lobe >= ITS_TOP * top] = np.nan
-    return frames.assign(max_envelope_mm=top)
+    size = pd.Series(numbers(lobes, "max_diameter_mm"))
+    largest = frames["frame"].map(size.groupby(lobes["frame"].to_numpy()).max())
+    top = numbers(frames, "max_envelope_mm")
+    lone = [sets_top(*both) for both in zip(largest, top, strict=True)]
+    return frames.assign(max_envelope_mm=np.where(lone, np.nan, top))
 
 
 def chances(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> np.ndarray:

@@ -16,7 +16,7 @@ import pandas as pd
 from tsvision.records import FrameResult, FrameRow, KnotSighting, Onset, Rig
 from tsvision.timeline import evidence as speak
 from tsvision.timeline.account import Account, account
-from tsvision.timeline.background import ITS_TOP, Background
+from tsvision.timeline.background import Background, sets_top
 from tsvision.timeline.chain import emissions, independence, start, transition
 from tsvision.timeline.criteria import LEVEL_OF_ONSET, PHASES, Criteria, Rates
 from tsvision.timeline.repeats import USUAL_EXTENT_D, repeat_odds
@@ -146,7 +146,7 @@ class Live:
                 largest = float(np.fmax(largest, knot.max_diameter_mm))
         coil = row.coil_amplitude_mm / row.diameter_mm
         lobe = max((one.max_diameter_mm for one in result.lobes), default=0.0)
-        if not lobe >= ITS_TOP * row.max_envelope_mm:
+        if not sets_top(lobe, row.max_envelope_mm):
             self._background.push(row.max_envelope_mm / base, coil, sighted=bool(result.knots))
         self._before = result.knots
         return np.array([1 - against]), np.array([largest])
