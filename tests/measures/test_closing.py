@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import grey_closing, grey_opening, median_filter
 
-from tsvision.measures.closing import closed, median_of_three, opened
+from tsvision.measures.closing import closed, median_of_five, median_of_three, opened
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 40, 301])
@@ -18,9 +18,10 @@ def test_closed_and_opened(count: int, size: int) -> None:
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 40])
-def test_median_of_three(count: int) -> None:
+def test_running_medians(count: int) -> None:
     line = np.random.default_rng(count).normal(size=count)
     assert np.array_equal(median_of_three(line), median_filter(line, size=3, mode="nearest"))
+    assert np.array_equal(median_of_five(line), median_filter(line, size=5, mode="nearest"))
 
 
 def test_a_dip_is_filled_and_a_spike_is_cut() -> None:

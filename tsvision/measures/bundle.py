@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numba
 import numpy as np
 
 from tsvision.measures.band import Band, full_band
@@ -17,6 +18,7 @@ from tsvision.measures.search import (
     search_straight,
 )
 from tsvision.measures.silhouette import KC, K, Section
+from tsvision.measures.sums import deviation
 from tsvision.measures.weigh import believed, doubt, told_by_noise, weighed
 
 NAN = float("nan")
@@ -195,14 +197,19 @@ def _holds(warm: HelixFit | None, before: BundleFit | None) -> bool:
 
 def swing_px(edges: Edges) -> float:
     """rms of the middle line about its own straight trend, px."""
-    w = np.minimum(edges.upper_weight, edges.lower_weight)
-    keep = w > 0.2
-    if keep.sum() < 10:
+    return float(
+        _swing(edges.s_px, edges.upper_px, edges.lower_px, edges.upper_weight, edges.lower_weight)
+    )
+
+
+@numba.njit(cache=True)
+def _swing(s_px, upper, lower, upper_weight, lower_weight):  # pragma: no cover - compiled
+    keep = np.minimum(upper_weight, lower_weight) > 0.2
+    if np.count_nonzero(keep) < 10:
         return 0.0
-    centre = 0.5 * (edges.upper_px + edges.lower_px)[keep]
-    s = edges.s_px[keep]
+    s, centre = s_px[keep], (0.5 * (upper + lower))[keep]
     constant, slope = line_through(s, centre)
-    return float(np.std(centre - (constant + slope * s)))
+    return deviation(centre - (constant + slope * s))
 
 
 def _choose(a: HelixFit | None, b: HelixFit | None, expected_rate: float) -> HelixFit | None:

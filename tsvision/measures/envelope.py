@@ -7,11 +7,12 @@ what stands out.
 
 from __future__ import annotations
 
+import numba
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, median_filter
 
 from tsvision.images.percentiles import median, percentile
-from tsvision.measures.closing import closed, median_of_three, opened
+from tsvision.measures.closing import closed, median_of_five, median_of_three, opened
+from tsvision.measures.smoothing import bridged, smoothed
 
 SLOWEST, FASTEST = 5.0, 0.8  # periods of a coil, in D
 FIBRE_D = 0.5  # what stands out over a shorter stretch than this, …
@@ -42,22 +43,27 @@ def reach_px(
     where they meet only now and then, a uniform coil looks uneven and full of knots. An edge that
     is exactly 0 counts as not seen.
     """
-    out = np.full(upper_px.shape, np.nan)
+    return np.asarray(_reach(upper_px, lower_px, known, float(diameter_px)))
+
+
+@numba.njit(cache=True)
+def _reach(upper_px, lower_px, known, diameter_px):  # pragma: no cover - compiled
+    out = np.full(upper_px.size, np.nan)
     index = np.flatnonzero(known)
     if index.size < 3:
         return out
-    s = np.arange(upper_px.size)
-    half = np.maximum(np.abs(upper_px), np.abs(lower_px))
-    if np.isfinite(diameter_px):
-        both = (upper_px != 0.0) & (lower_px != 0.0)
-        reach = 0.5 * diameter_px + np.abs(0.5 * (upper_px + lower_px))
-        half = np.where(both, np.maximum(half, reach), half)
-    filled = np.interp(s, index, half[index])[index[0] : index[-1] + 1]
-    filled = median_of_three(filled)
-    if np.isfinite(diameter_px):
-        width = np.where(both, upper_px - lower_px, np.nan)[index[0] : index[-1] + 1]
-        filled = _without_fibres(filled, width, diameter_px)
-    out[index[0] : index[-1] + 1] = filled
+    inside = slice(index[0], index[-1] + 1)
+    upper, lower = upper_px[inside], lower_px[inside]
+    half = np.maximum(np.abs(upper), np.abs(lower))
+    if np.isnan(diameter_px):
+        out[inside] = median_of_three(bridged(half, known[inside]))
+        return out
+    both = (upper != 0.0) & (lower != 0.0)
+    for i in range(half.size):
+        if both[i]:
+            half[i] = max(half[i], 0.5 * diameter_px + abs(0.5 * (upper[i] + lower[i])))
+    filled = median_of_three(bridged(half, known[inside]))
+    out[inside] = _without_fibres(filled, upper - lower, both, diameter_px)
     return out
 
 
@@ -72,28 +78,32 @@ def closed_over(reach: np.ndarray, period_px: float) -> np.ndarray:
     return out
 
 
-def _without_fibres(half_px: np.ndarray, width_px: np.ndarray, diameter_px: float) -> np.ndarray:
+@numba.njit(cache=True)
+def _without_fibres(half_px, width_px, seen, diameter_px):  # pragma: no cover - compiled
     """Half widths (M,) cut back where something narrower than any limb stands out on one side.
 
     A limb of a coil that reaches out takes the other edge along: the strings stay as wide as they
     are. A fibre widens them, and for a short stretch only. A knot widens them over at least D.
-    width_px (M,): from edge to edge, NaN where not both are seen.
+    width_px (M,): from edge to edge, where both are `seen` (M,).
     """
-    if not np.isfinite(width_px).any():
+    if not seen.any():
         return half_px
-
-    def odd(size: float) -> int:
-        return 2 * max(round(0.5 * size * diameter_px), 1) + 1
-
-    def held(values: np.ndarray) -> np.ndarray:
-        return opened(closed(values, odd(BESIDE_D)), odd(FIBRE_D))
-
-    index, seen = np.arange(width_px.size), np.isfinite(width_px)
-    width = median_of_three(np.interp(index, index[seen], width_px[seen]))
-    plain, least = held(half_px), STANDS_OUT_D * diameter_px
-    wider = (width > held(width) + least) & (width > TOO_WIDE * diameter_px)
+    width = median_of_three(bridged(width_px, seen))
+    plain, least = _held(half_px, diameter_px), STANDS_OUT_D * diameter_px
+    wider = (width > _held(width, diameter_px) + least) & (width > TOO_WIDE * diameter_px)
     fibre = (half_px > plain + least) & (wider | ~seen)
     return np.where(fibre, plain, half_px)
+
+
+@numba.njit(cache=True)
+def _held(values, diameter_px):  # pragma: no cover - compiled
+    """Values (M,) without what stands out over a fibre's width only."""
+    return opened(closed(values, _odd(BESIDE_D * diameter_px)), _odd(FIBRE_D * diameter_px))
+
+
+@numba.njit(cache=True)
+def _odd(size_px):  # pragma: no cover - compiled
+    return 2 * max(round(0.5 * size_px), 1) + 1
 
 
 def middle_swing(
@@ -107,13 +117,14 @@ def middle_swing(
     NaN where nothing swings; both are where too little is seen. An edge that is exactly 0 counts as
     not seen.
     """
-    both = np.flatnonzero((upper_px != 0.0) & (lower_px != 0.0))
+    seen = (upper_px != 0.0) & (lower_px != 0.0)
+    both = np.flatnonzero(seen)
     if both.size < 3 * diameter_px:
         return float("nan"), float("nan")
-    columns = np.arange(both[0], both[-1] + 1)
-    middle = np.interp(columns, both, 0.5 * (upper_px + lower_px)[both])
-    middle = gaussian_filter1d(median_filter(middle, size=5, mode="nearest"), 0.08 * diameter_px)
-    swing = middle - gaussian_filter1d(middle, 0.4 * SLOWEST * diameter_px, mode="nearest")
+    inside = slice(both[0], both[-1] + 1)
+    middle = bridged(0.5 * (upper_px + lower_px)[inside], seen[inside])
+    middle = smoothed(median_of_five(middle), 0.08 * diameter_px)
+    swing = middle - smoothed(middle, 0.4 * SLOWEST * diameter_px, mirrored=False)
     amplitude = float(np.sqrt(2.0) * median(np.abs(swing)))
     if amplitude < 0.03 * diameter_px:
         return amplitude, float("nan")

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from tsvision.images.percentiles import percentile
+from tsvision.measures.smoothing import smoothed
 
 WINDOW_D = 4.0  # over which the contrast is read: longer than a coil, which leaves the axis
 ON_STRINGS = 70.0  # percentile of such a window that lies on the strings
@@ -33,7 +33,7 @@ def falloff_along(core: np.ndarray, width_px: float) -> np.ndarray:
     if told.sum() < 2:
         return np.ones(columns)
     known = np.log(np.interp(places, places[told], levels[told]))
-    smooth = np.exp(gaussian_filter1d(known, 0.7, mode="nearest"))
+    smooth = np.exp(smoothed(known, 0.7, mirrored=False))
     if smooth.min() > EVEN:
         return np.ones(columns)
     return np.clip(np.interp(np.arange(columns), places, smooth), DIMMEST, 1.0 / DIMMEST)

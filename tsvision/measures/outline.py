@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from tsvision.measures.along import mm_along
@@ -15,6 +16,7 @@ from tsvision.measures.knots import Outline, baseline_along_px, in_mm, knots_alo
 from tsvision.measures.line import line_through
 from tsvision.measures.looks import Looks
 from tsvision.measures.silhouette import KC, RC
+from tsvision.measures.sums import deviation
 from tsvision.records import FrameRow, KnotSighting, Profile
 
 NAN = float("nan")
@@ -159,15 +161,22 @@ def _profile(edges: Edges, looks: Looks, envelope: np.ndarray) -> Profile:
 
 def centre_line(edges: Edges) -> np.ndarray:
     """Straight line (M,) through the middles: this frame's axis, in n."""
-    known = (edges.upper_weight > 0.2) & (edges.lower_weight > 0.2)
-    if known.sum() < 10:
-        return np.zeros(edges.s_px.size)
-    s = edges.s_px[known]
-    c = 0.5 * (edges.upper_px + edges.lower_px)[known]
+    constant, slope = _axis_through(
+        edges.s_px, edges.upper_px, edges.lower_px, edges.upper_weight, edges.lower_weight
+    )
+    return np.asarray(constant + slope * edges.s_px)
+
+
+@numba.njit(cache=True)
+def _axis_through(s_px, upper, lower, upper_weight, lower_weight):  # pragma: no cover - compiled
+    """(constant, slope) of a line that few of the middles, far off, do not move."""
+    known = np.minimum(upper_weight, lower_weight) > 0.2
+    if np.count_nonzero(known) < 10:
+        return 0.0, 0.0
+    s, c = s_px[known], (0.5 * (upper + lower))[known]
     constant, slope = line_through(s, c)
     for _ in range(4):
         r = c - (constant + slope * s)
-        weight = 1.0 / (1.0 + (r / (1.5 * np.std(r) + 1e-6)) ** 2)
+        weight = 1.0 / (1.0 + (r / (1.5 * deviation(r) + 1e-6)) ** 2)
         constant, slope = line_through(s, c, weight**2)
-    line: np.ndarray = constant + slope * edges.s_px
-    return line
+    return constant, slope

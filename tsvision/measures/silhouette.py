@@ -23,7 +23,8 @@ from functools import cached_property
 
 import numba
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+
+from tsvision.measures.smoothing import smoothed
 
 RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE = range(9)
 PARAMETERS = 9
@@ -230,7 +231,7 @@ def rounded_off(
     beyond = int(np.ceil(3.0 * blur_px))
     sharp = model_edges(p, section, z0 - beyond, count + 2 * beyond)
     inside = slice(beyond, beyond + count)
-    up, low = ((gaussian_filter1d(e, blur_px, truncate=3.0) - e)[inside] for e in sharp)
+    up, low = ((smoothed(e, blur_px, truncate=3.0) - e)[inside] for e in sharp)
     return up, low
 
 
