@@ -11,35 +11,46 @@ import numba
 import numpy as np
 
 _DIGITS = 11  # bits that are counted at a time: as many counts as fit into the fastest memory
-
-
 _SIGN = np.uint64(1 << 63)
+_SHORT = 32  # bits of a short number
 
 
 @numba.njit(cache=True)
 def _keys(values):  # pragma: no cover - compiled
     """Whole numbers (M,) in the same order as numbers of any shape: their bits, which rise with
-    them but for those of negative ones."""
-    keys = values.astype(np.float64).ravel().view(np.uint64)
+    them but for those of negative ones. Those of short numbers are followed by as many of no
+    meaning."""
+    keys = np.empty(values.size, np.uint64)
+    if values.itemsize == 4:
+        short = values.astype(np.float32).ravel().view(np.uint32)
+        for i in range(keys.size):
+            keys[i] = np.uint64(short[i]) << np.uint64(_SHORT)
+    else:
+        keys[:] = values.astype(np.float64).ravel().view(np.uint64)
     for i in range(keys.size):
         keys[i] = ~keys[i] if keys[i] & _SIGN else keys[i] | _SIGN
     return keys
 
 
 @numba.njit(cache=True)
-def _number(key):  # pragma: no cover - compiled
+def _number(key, is_short):  # pragma: no cover - compiled
     """The number that a key stands for."""
     bits = np.full(1, key ^ _SIGN if key & _SIGN else ~key)
+    if is_short:
+        return np.float64((bits >> np.uint64(_SHORT)).astype(np.uint32).view(np.float32)[0])
     return bits.view(np.float64)[0]
 
 
 @numba.njit(cache=True)
-def _at(keys, place):  # pragma: no cover - compiled
+def _at(keys, place, is_short):  # pragma: no cover - compiled
     """The key at a place, from 0 on, in rising order."""
-    counts = np.empty(1 << _DIGITS, np.int64)
     digits = np.uint64((1 << _DIGITS) - 1)
-    some, left = keys.copy(), 64
-    while left > 0 and some.size > 1:
+    # Bits that all keys begin with tell nothing; nor do those that follow short ones.
+    apart, left, last = keys.min() ^ keys.max(), 0, _SHORT if is_short else 0
+    while left < 64 and apart >> np.uint64(left):
+        left += 1
+    counts, some = np.empty(1 << _DIGITS, np.int64), keys
+    while left > last and some.size > 1:
         left = max(left - _DIGITS, 0)
         shift = np.uint64(left)
         counts[:] = 0
@@ -49,27 +60,28 @@ def _at(keys, place):  # pragma: no cover - compiled
         while place >= counts[digit]:
             place -= counts[digit]
             digit += 1
+        found = np.empty(counts[digit] + 1, np.uint64)
         kept = 0
         for key in some:  # written where the next one is written over, unless it is kept
-            some[kept] = key
+            found[kept] = key
             kept += (key >> shift) & digits == np.uint64(digit)
-        some = some[:kept]
+        some = found[:kept]
     return some[0]
 
 
 @numba.njit(cache=True)
 def _neighbours(values, place):  # pragma: no cover - compiled
     """The number at a place, from 0 on, in rising order, and the next one."""
-    keys = _keys(values)
-    key = _at(keys, place)
+    keys, is_short = _keys(values), values.itemsize == 4
+    key = _at(keys, place, is_short)
     none = ~np.uint64(0)
     above, others = none, 0
     for other in keys:
         others += other <= key
         above = min(above, other if other > key else none)
     # The next one: another as large, or the least of what is larger.
-    low = _number(key)
-    return low, low if others > place + 1 or above == none else _number(above)
+    low = _number(key, is_short)
+    return low, low if others > place + 1 or above == none else _number(above, is_short)
 
 
 @numba.njit(cache=True)
