@@ -29,7 +29,7 @@ from tsvision.measures.shading import (
     mean_profile,
 )
 from tsvision.measures.shading_fit import fit_shading
-from tsvision.measures.steep import GRADIENT_REACH_PX, gradient_of, match_steep
+from tsvision.measures.steep import GRADIENT_REACH_PX, Gradient, gradient_of, match_steep
 from tsvision.measures.strands import Silhouette, outline
 
 GROUND_FROM = 1.35  # widths from the axis
@@ -63,14 +63,9 @@ class Cut:
     black: float
 
     @cached_property
-    def gradient(self) -> tuple[np.ndarray, np.ndarray]:
-        """Of the contrast, along and across the axis, 0 far from the outline: asked for by either
-        side, if at all."""
-        first, last = _rows_about(self)
-        near = gradient_of(self.contrast[first:last])
-        whole = np.zeros((2, *self.contrast.shape), np.float32)
-        whole[:, first:last] = near
-        return whole[0], whole[1]
+    def gradient(self) -> Gradient:
+        """Of the contrast about the outline: asked for by either side, if at all."""
+        return gradient_of(self.contrast, slice(*_rows_about(self)))
 
 
 def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) -> Cut | None:
@@ -187,17 +182,26 @@ def rough_edges(cut: Cut) -> tuple[np.ndarray, np.ndarray]:
 
 def lit_edges(cut: Cut) -> tuple[np.ndarray, np.ndarray]:
     """Rows where the contrast falls through the mask level, upper and lower, (M,) each."""
-    rows, columns = cut.contrast.shape
-    col = np.arange(columns)
-    out = []
-    for limit, step in ((cut.silhouette.high, 1), (cut.silhouette.low, -1)):
-        known = np.isfinite(limit)
-        row = np.where(known, limit, 0).astype(int) + cut.half_px
-        row = np.clip(row, 1, rows - 2)
-        inside, outside = (np.abs(cut.contrast[r, col]) for r in (row, row + step))
-        part = np.clip((inside - cut.mask_level) / np.maximum(inside - outside, 1e-3), 0.0, 1.0)
-        out.append(np.where(known, row + step * part, np.nan))
-    return out[0], out[1]
+    seen, level = cut.silhouette, np.float32(cut.mask_level)
+    upper = _fallen(cut.contrast, seen.high + cut.half_px, 1, level)
+    lower = _fallen(cut.contrast, seen.low + cut.half_px, -1, level)
+    return upper, lower
+
+
+@numba.njit(cache=True)
+def _fallen(contrast, limit, step, level):  # pragma: no cover - compiled
+    """Rows (M,) between the outermost row of the strings (M,) and the next, a `step` further, where
+    the contrast falls to a level; NaN where there are none."""
+    rows, columns = contrast.shape
+    out = np.full(columns, np.nan)
+    for c in range(columns):
+        if np.isnan(limit[c]):
+            continue
+        row = min(max(int(limit[c]), 1), rows - 2)
+        inside, outside = abs(contrast[row, c]), abs(contrast[row + step, c])
+        part = (inside - level) / max(inside - outside, np.float32(1e-3))
+        out[c] = row + step * min(max(part, np.float32(0.0)), np.float32(1.0))
+    return out
 
 
 def edge_profiles(
@@ -297,9 +301,19 @@ def _matched(
         steep = match_steep(cut.contrast, cut.gradient, rough, outward, shade, SEARCHED_PX)
         both = zip((edge, depth, residual), steep.matched, strict=True)
         edge, depth, residual = (np.where(steep.columns, new, old) for old, new in both)
+    weight = _quality(depth, residual, typical)
     if shade.beyond_px:
         edge = edge + outward * shade.beyond_px * rows_per_px(slope)
-    with np.errstate(invalid="ignore"):
-        good = (depth > 0.3 * typical) & (depth < 3.0 * typical)
-        quality = 1.0 / (1.0 + (residual / (0.12 * depth)) ** 2)
-    return edge, np.nan_to_num(np.where(good & np.isfinite(edge), quality, 0.0))
+    return edge, weight
+
+
+@numba.njit(cache=True)
+def _quality(depth, residual, typical):  # pragma: no cover - compiled
+    """Weights (M,) of matches by what their profile left unexplained; 0 where there was none, or
+    one of another depth than most."""
+    out = np.zeros(depth.size)
+    for m in range(depth.size):
+        if 0.3 * typical < depth[m] < 3.0 * typical:
+            quality = 1.0 / (1.0 + (residual[m] / (0.12 * depth[m])) ** 2)
+            out[m] = 0.0 if np.isnan(quality) else quality
+    return out

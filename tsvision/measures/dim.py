@@ -82,22 +82,47 @@ def _beyond(
     contrast, border = contrast[first:], np.where(bundle, border - first, np.nan)
     near = int(np.nanmin(border) + REACH_D * width_px)
     far = int(np.nanmax(border) + 2.0 * REACH_D * width_px) + 1
-    ground = contrast[near : far + FALL_PX, ::SOME]
-    fall = ground[:-FALL_PX] - ground[FALL_PX:]
-    away = near + np.arange(len(fall))[:, None] - border[::SOME]
-    beside = (away > REACH_D * width_px) & (away < 2.0 * REACH_D * width_px)
-    if beside.sum() < FEWEST:
-        return np.full(border.size, np.nan)
+    fall = _falls(contrast[near : far + FALL_PX])
     slow = _averaged(fall, max(round(2.0 * width_px / SOME), 3))
-    noise = 1.4826 * median(np.abs(fall - slow)[beside])
-    steep = percentile(slow[beside], GROUND_SHARE)
+    beside = near - border[::SOME]
+    off, steeps = _beside(fall, slow, beside, REACH_D * width_px, 2.0 * REACH_D * width_px)
+    if off.size < FEWEST:
+        return np.full(border.size, np.nan)
+    noise = 1.4826 * median(off)
+    steep = percentile(steeps, GROUND_SHARE)
     least = max(NOISES * noise + steep, FAINTEST)
     thick = max(round(THICK * strand_px), 2)
     place = _last_borders(contrast, border, least, REACH_D * width_px, thick)
-    reached = np.nan_to_num(np.where(np.isfinite(place), np.fmax(place, border), border))
-    held = opened(reached, max(round(THIN * strand_px), 3))
+    held = opened(np.nan_to_num(np.fmax(place, border)), max(round(THIN * strand_px), 3))
     further: np.ndarray = held > border + max(BEYOND_D * width_px, BEYOND_PX)
     return np.where(further, held + first, np.nan)
+
+
+@numba.njit(cache=True)
+def _falls(ground):  # pragma: no cover - compiled
+    """By how much every SOME-th column of the ground (R, M) falls over FALL_PX rows."""
+    rows, columns = max(ground.shape[0] - FALL_PX, 0), (ground.shape[1] + SOME - 1) // SOME
+    out = np.empty((rows, columns), ground.dtype)
+    for r in range(rows):
+        for c in range(columns):
+            out[r, c] = ground[r, c * SOME] - ground[r + FALL_PX, c * SOME]
+    return out
+
+
+@numba.njit(cache=True)
+def _beside(fall, slow, away, nearest, farthest):  # pragma: no cover - compiled
+    """Of falls (R, M) and their means along the bundle, where they are told from the ground beside
+    it: how far off the mean they are, and that mean (K,). away (M,): of the first row from the
+    strings."""
+    rows, columns = fall.shape
+    off, means = np.empty(fall.size, fall.dtype), np.empty(fall.size, fall.dtype)
+    count = 0
+    for r in range(rows):
+        for c in range(columns):
+            if nearest < away[c] + r < farthest:
+                off[count], means[count] = abs(fall[r, c] - slow[r, c]), slow[r, c]
+                count += 1
+    return off[:count], means[:count]
 
 
 @numba.njit(cache=True)
@@ -112,10 +137,8 @@ def _last_borders(
         lit = border[c]
         if np.isnan(lit):
             continue
-        last = rows - FALL_PX - 1
-        while last > lit and (
-            last - lit >= reach or not contrast[last, c] - contrast[last + FALL_PX, c] > least
-        ):
+        last = min(rows - FALL_PX - 1, int(np.ceil(lit + reach)) - 1)
+        while last > lit and not contrast[last, c] - contrast[last + FALL_PX, c] > least:
             last -= 1
         if not last > lit:
             continue

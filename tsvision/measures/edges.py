@@ -34,6 +34,7 @@ def _match(
 ):  # pragma: no cover - compiled
     """Gauss-Newton on (edge, depth, ground) of every column."""
     rows, columns = values.shape
+    ys = np.empty(rows)
     for m in range(columns):
         edge[m] = np.nan
         depth[m] = np.nan
@@ -54,30 +55,33 @@ def _match(
         if r0 < 0 or r1 > rows - 1 or r1 - r0 < 4:
             continue
         good = True
+        seen = ys[: r1 - r0 + 1]
+        sy = syy = 0.0
         for r in range(r0, r1 + 1):
-            if not abs(values[r, m]) < 1e8:
-                good = False
+            y = float(values[r, m])
+            good &= abs(y) < 1e8
+            seen[r - r0] = y
+            sy += y
+            syy += y * y
         if not good:
             continue
         a = 1.0
         rss = 0.0
+        s1 = float(seen.size)
         for _iteration in range(iterations):
-            s1 = st = stt = sd = sdd = sdt = sy = syy = sty = sdy = 0.0
+            st = stt = sd = sdd = sdt = sty = sdy = 0.0
             for r in range(r0, r1 + 1):
                 x = (outward * (e - r) * cos - t0) / dt
                 i = int(x)
                 w = x - i
                 f = (1 - w) * template[i] + w * template[i + 1]
                 d = template[i + 1] - template[i]
-                y = float(values[r, m])
-                s1 += 1.0
+                y = seen[r - r0]
                 st += f
                 stt += f * f
                 sd += d
                 sdd += d * d
                 sdt += d * f
-                sy += y
-                syy += y * y
                 sty += f * y
                 sdy += d * y
             det = s1 * stt - st * st

@@ -29,18 +29,28 @@ class Steep(NamedTuple):
     matched: tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-def gradient_of(contrast: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of a contrast (R, M), along and across the axis, (R, M) each, in no unit of note."""
-    smooth = cv2.GaussianBlur(contrast.astype(np.float32), (0, 0), GRADIENT_SD_PX)
-    return (
+class Gradient(NamedTuple):
+    """Of a contrast, along and across the axis, in no unit of note, (R, M) each, from `first_row`
+    of the contrast on."""
+
+    along: np.ndarray
+    across: np.ndarray
+    first_row: int
+
+
+def gradient_of(contrast: np.ndarray, rows: slice = slice(None)) -> Gradient:
+    """Gradient of those rows of a contrast (R, M)."""
+    smooth = cv2.GaussianBlur(contrast[rows].astype(np.float32), (0, 0), GRADIENT_SD_PX)
+    return Gradient(
         cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3),
         cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3),
+        rows.start or 0,
     )
 
 
 def match_steep(
     contrast: np.ndarray,
-    gradient: tuple[np.ndarray, np.ndarray],
+    gradient: Gradient,
     rough: np.ndarray,
     outward: int,
     shading: Shading,
@@ -73,11 +83,10 @@ def match_steep(
     return Steep(steep, (edge, depth, residual))
 
 
-def _outwards(
-    gradient: tuple[np.ndarray, np.ndarray], row: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _outwards(gradient: Gradient, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Unit vector (M,), (M,) along and across the axis, down the gradient at each row."""
     at = np.arange(row.size, dtype=np.float32)[None], row.astype(np.float32)[None]
-    along, across = (-cv2.remap(part, *at, cv2.INTER_LINEAR)[0] for part in gradient)
+    at[1][:] -= np.float32(gradient.first_row)
+    along, across = (-cv2.remap(part, *at, cv2.INTER_LINEAR)[0] for part in gradient[:2])
     size = np.maximum(np.hypot(along, across), 1e-9)
     return along / size, across / size
