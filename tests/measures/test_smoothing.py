@@ -7,7 +7,7 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 
 from tsvision.measures.smoothing import bridged, smoothed
-from tsvision.measures.sums import deviation, total
+from tsvision.measures.sums import deviation, summed
 
 
 @pytest.mark.parametrize("count", [1, 4, 57, 400])
@@ -34,5 +34,5 @@ def test_nothing_bridges_nothing() -> None:
 @pytest.mark.parametrize("count", [1, 7, 8, 9, 127, 128, 129, 1777])
 def test_sums(count: int) -> None:
     values = np.random.default_rng(count).normal(size=count)
-    assert total(values) == values.sum()
+    assert summed(values) == values.sum()
     assert deviation(values) == np.std(values)

@@ -15,7 +15,7 @@ from tsvision.measures.shading import (
 LIT = 0.25  # of the core's contrast: where the part begins that sends enough light to be matched
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _match(
     values,
     start,

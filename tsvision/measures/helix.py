@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -22,6 +23,7 @@ from tsvision.measures.silhouette import (
     rounded_off,
     silhouette,
 )
+from tsvision.measures.sums import summed
 
 SLOPE_SD_PX = 1.0  # over which the slope of an edge is told
 ROUGHLY = 6  # steps of a fit, after which it is known by how much blur moves the outline
@@ -52,16 +54,18 @@ class Edges:
 
     def window(self, s_low: float, s_high: float) -> Edges:
         """The columns in s_low..s_high, which lie in order: nothing is copied."""
-        first, last = np.searchsorted(self.s_px, s_low), np.searchsorted(self.s_px, s_high, "right")
+        first, last = self.s_px.searchsorted(s_low), self.s_px.searchsorted(s_high, "right")
         keep = slice(first, last)
-        return replace(
-            self,
-            s_px=self.s_px[keep],
-            upper_px=self.upper_px[keep],
-            lower_px=self.lower_px[keep],
-            upper_weight=self.upper_weight[keep],
-            lower_weight=self.lower_weight[keep],
-            light=None if self.light is None else self.light[:, keep],
+        return Edges(
+            self.s_px[keep],
+            self.upper_px[keep],
+            self.lower_px[keep],
+            self.upper_weight[keep],
+            self.lower_weight[keep],
+            self.trust,
+            self.blur_px,
+            None if self.light is None else self.light[:, keep],
+            self.half_slope,
         )
 
     def within(self, inside: np.ndarray) -> Edges:
@@ -72,12 +76,12 @@ class Edges:
     @cached_property
     def observed(self) -> np.ndarray:
         """The upper and the lower edge, (2, M), px."""
-        return np.stack([self.upper_px, self.lower_px])
+        return np.array([self.upper_px, self.lower_px])
 
     @cached_property
     def trusted(self) -> np.ndarray:
         """Weights (2, M) of the upper and the lower edge in a fit."""
-        return np.array(self.trust)[:, None] * np.stack([self.upper_weight, self.lower_weight])
+        return np.array(self.trust)[:, None] * np.array([self.upper_weight, self.lower_weight])
 
     @cached_property
     def worth(self) -> np.ndarray:
@@ -119,25 +123,16 @@ class HelixFit:
 
     @property
     def diameter_px(self) -> float:
-        return float(2.0 * self.p[RHO] * self.section.diameter_d)
+        return _diameter_px(self.p, self.section)
 
     @property
     def diameter_px_sd(self) -> float:
         return float(2.0 * self.section.diameter_d * np.sqrt(max(self.covariance[RHO, RHO], 0.0)))
 
-    def twist_per_px(self) -> float:
-        """Strand turns about the bundle's own centre line per px of that line, in 1/px.
-
-        The line's frame turns with its torsion, kc / (1 + kappa^2) per px, beside the strands' k.
-        """
-        q2 = 1.0 + (self.p[RC] * self.p[KC]) ** 2
-        rate = self.p[K] / np.sqrt(q2) + (self.p[KC] / q2 if self.coiled else 0.0)
-        return float(abs(rate) / (2.0 * np.pi))
-
     @property
     def pitch_px(self) -> float:
         """Along the bundle's own centre line."""
-        return 1.0 / max(self.twist_per_px(), 1e-12)
+        return _pitch_px(self.p)
 
     @property
     def stretch(self) -> float:
@@ -154,8 +149,8 @@ class HelixFit:
         """(D, pitch, tan beta) and their covariance (3, 3), to first order."""
 
         def values(p: np.ndarray) -> np.ndarray:
-            f = replace(self, p=p)
-            return np.array([f.diameter_px, f.pitch_px, np.pi * f.diameter_px / f.pitch_px])
+            diameter, pitch = _diameter_px(p, self.section), _pitch_px(p)
+            return np.array([diameter, pitch, np.pi * diameter / pitch])
 
         base = values(self.p)
         jac = np.zeros((3, PARAMETERS))
@@ -165,6 +160,19 @@ class HelixFit:
             moved[i] += step
             jac[:, i] = (values(moved) - base) / step
         return base, jac @ self.covariance @ jac.T
+
+
+def _diameter_px(p: np.ndarray, section: Section) -> float:
+    return float(2.0 * p[RHO] * section.diameter_d)
+
+
+def _pitch_px(p: np.ndarray) -> float:
+    """Along the bundle's own centre line, whose frame turns with its torsion, kc / (1 + kappa^2)
+    per px, beside the strands' k."""
+    k, rc, kc = float(p[K]), float(p[RC]), float(p[KC])
+    q2 = 1.0 + (rc * kc) ** 2
+    rate = k / math.sqrt(q2) + (kc / q2 if rc > 0.0 else 0.0)
+    return 1.0 / max(abs(rate) / (2.0 * math.pi), 1e-12)
 
 
 def with_relief(edges: Edges, fit: HelixFit) -> HelixFit:
@@ -183,12 +191,9 @@ def descend(
     iterations: int,
 ) -> tuple[np.ndarray, float]:
     """A few steps of the fit from `start` (9,): parameters and mean robust cost, nothing else."""
-    unknown = np.zeros(PARAMETERS)
     p, cost, total = _minimise(
         np.asarray(start, dtype=float),
         np.array(free, dtype=np.int64),
-        unknown,
-        unknown,
         *section.outer,
         0.5 * float(edges.s_px[0] - edges.s_px[-1]),
         edges.observed,
@@ -213,22 +218,15 @@ def fit_helix(
     start: np.ndarray,
     free: tuple[int, ...],
     scale_px: float = 0.5,
-    noise_px: float = 0.15,
-    prior_mean: np.ndarray | None = None,
-    prior_sd: np.ndarray | None = None,
     iterations: int = 25,
 ) -> HelixFit:
     """Fit the silhouette to a window of edges, from `start` (9,), over the `free` parameters.
 
-    scale_px: residual at which an edge point begins to count less (Geman-McClure).
-    prior_sd: (9,) px or rad; inf where nothing is known beforehand. z is counted from the middle.
+    scale_px: residual at which an edge point begins to count less (Geman-McClure). z is counted
+    from the middle.
     """
     middle = 0.5 * (edges.s_px[0] + edges.s_px[-1])
     z0 = float(edges.s_px[0] - middle)
-    mean = np.zeros(PARAMETERS) if prior_mean is None else prior_mean
-    sd = np.full(PARAMETERS, np.inf) if prior_sd is None else prior_sd
-    # In the cost residuals count in units of scale_px; the prior against residuals of noise_px.
-    weight = (noise_px / scale_px) ** 2 / sd**2
     step = _step(start)
     normal = np.empty((len(free), len(free)))
     free_ids = np.array(free, dtype=np.int64)
@@ -242,8 +240,6 @@ def fit_helix(
         p, cost, total = _minimise(
             p,
             free_ids,
-            mean,
-            weight,
             *section.outer,
             z0,
             observed,
@@ -254,25 +250,49 @@ def fit_helix(
             most,
             normal,
         )
-    r = (observed - model_edges(p, section, z0, edges.s_px.size)) * np.sqrt(edges.worth)
-    w = np.stack([edges.upper_weight, edges.lower_weight])
-    good = (w > 0) & (np.abs(r) < 3 * scale_px)
-    side = np.broadcast_to(np.array(edges.trust)[:, None], r.shape)[good]
-    rms = float(np.sqrt(np.average(r[good] ** 2, weights=side))) if good.any() else float("inf")
+    rms, points = _rms(
+        observed,
+        *model_edges(p, section, z0, edges.s_px.size),
+        edges.worth,
+        edges.upper_weight,
+        edges.lower_weight,
+        np.array(edges.trust),
+        3 * scale_px,
+    )
     covariance = np.zeros((PARAMETERS, PARAMETERS))
     variance = max(rms, 1e-3) ** 2
-    system = normal / variance + np.diag(1.0 / sd[free_ids] ** 2)
-    covariance[np.ix_(free_ids, free_ids)] = _inverse(system)
+    covariance[free_ids[:, None], free_ids] = _inverse(normal / variance)
     return HelixFit(
         p=p,
         covariance=covariance,
         rms_px=rms,
         cost=float(cost) / max(float(total), 1e-9),
-        points=int(good.sum()),
+        points=points,
         section=section,
         z_px=(float(edges.s_px[0]), float(edges.s_px[-1])),
         blur_px=edges.blur_px,
     )
+
+
+@numba.njit(cache=True)
+def _rms(
+    observed, upper, lower, worth, upper_weight, lower_weight, trust, most
+):  # pragma: no cover - compiled
+    """rms of what residuals (2, M) of seen edges stay below `most`, and their number; inf of none.
+    Squares count by how much either edge is trusted."""
+    squares, sides = np.empty(observed.size), np.empty(observed.size)
+    count = 0
+    for side in range(2):
+        model, weight = (upper, upper_weight) if side == 0 else (lower, lower_weight)
+        for c in range(model.size):
+            r = (observed[side, c] - model[c]) * np.sqrt(worth[side, c])
+            if weight[c] > 0.0 and abs(r) < most:
+                squares[count], sides[count] = r * r, trust[side]
+                count += 1
+    if not count:
+        return np.inf, 0
+    squares, sides = squares[:count], sides[:count]
+    return np.sqrt(summed(squares * sides) / summed(sides)), count
 
 
 def _inverse(system: np.ndarray) -> np.ndarray:
@@ -283,7 +303,7 @@ def _inverse(system: np.ndarray) -> np.ndarray:
         return np.linalg.pinv(system)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _normal_equations(
     p, free, site_radius, site_angle, z0, observed, weights, worth, scale, step, normal, right
 ):  # pragma: no cover - compiled
@@ -324,7 +344,7 @@ def _normal_equations(
     return cost, total
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _sum_of_products(x, y, z, count):  # pragma: no cover - compiled
     """Four sums side by side: none waits for the one before, and their order is always the same."""
     first = second = third = fourth = 0.0
@@ -339,12 +359,10 @@ def _sum_of_products(x, y, z, count):  # pragma: no cover - compiled
     return (first + second) + (third + fourth)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _minimise(
     p0,
     free,
-    prior_mean,
-    prior_weight,
     site_radius,
     site_angle,
     z0,
@@ -364,21 +382,14 @@ def _minimise(
     cost, total = _normal_equations(
         p, free, site_radius, site_angle, z0, observed, weights, worth, scale, step, normal, right
     )
-    for a in range(9):
-        cost += prior_weight[a] * (p[a] - prior_mean[a]) ** 2
     lam = 1e-3
     for _ in range(iterations):
-        system, target = normal.copy(), np.empty(m)
-        for a in range(m):
-            fa = free[a]
-            target[a] = right[a] + scale * scale * prior_weight[fa] * (prior_mean[fa] - p[fa])
-            system[a, a] += scale * scale * prior_weight[fa]
         improved = False
         for _try in range(6):
-            damped = system.copy()
+            damped = normal.copy()
             for a in range(m):
-                damped[a, a] += lam * system[a, a] + 1e-12
-            delta = np.linalg.solve(damped, target)
+                damped[a, a] += lam * normal[a, a] + 1e-12
+            delta = np.linalg.solve(damped, right)
             trial = p.copy()
             for a in range(m):
                 trial[free[a]] += delta[a]
@@ -401,8 +412,6 @@ def _minimise(
                     new_normal,
                     new_right,
                 )
-                for a in range(9):
-                    new_cost += prior_weight[a] * (trial[a] - prior_mean[a]) ** 2
                 if new_cost < cost:
                     gain = cost - new_cost
                     p, cost, total = trial, new_cost, new_total

@@ -7,7 +7,7 @@ import numba
 import numpy as np
 
 from tsvision.measures.smoothing import bridged, convolved, taps
-from tsvision.measures.sums import total
+from tsvision.measures.sums import summed
 
 
 @numba.njit(cache=True)
@@ -15,7 +15,7 @@ def line_through(x, y, weight=None):  # pragma: no cover - compiled
     """(constant, slope) of the least-squares line through y (M,) at x (M,); `weight` (M,) counts
     squared residuals. The weighted mean and no slope where all x are one."""
     w = np.ones(x.size) if weight is None else weight
-    whole = max(total(w), 1e-300)
+    whole = max(summed(w), 1e-300)
     x_mean, y_mean = (w @ x) / whole, (w @ y) / whole
     away = w * (x - x_mean)
     spread = away @ (x - x_mean)

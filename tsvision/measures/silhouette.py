@@ -42,7 +42,7 @@ class Section:
     radius_d: np.ndarray
     angle_rad: np.ndarray
 
-    @property
+    @cached_property
     def diameter_d(self) -> float:
         """Outer diameter in units of d."""
         return 1.0 + 2.0 * float(self.radius_d.max())
@@ -102,7 +102,7 @@ def _point(z, a, p, kappa, q, cp, sp, ct, st):  # pragma: no cover - compiled
     return s, y, 1.0 + p[1] * s_psi, rate * y_theta + p[1] * y_psi
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at_lower, step):
     # pragma: no cover - compiled
     """Fill upper, lower (count,) at z0, z0 + 1, ...; at_* (count, 2) gets contact z and strand."""
@@ -172,7 +172,7 @@ def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at
         lower[c] += line - p[8]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cover - compiled
     """d edge(x) / d p at contact z on strand i; sense +1 upper, -1 lower. out (9,)."""
     rho = p[0]

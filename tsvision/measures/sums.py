@@ -13,14 +13,14 @@ _BLOCK = 128  # numbers that are no longer halved
 
 
 @numba.njit(cache=True)
-def total(values):  # pragma: no cover - compiled
+def summed(values):  # pragma: no cover - compiled
     """Sum of values (M,)."""
     count = values.size
     if count <= _BLOCK:
         return _of_block(values)
     half = count // 2
     half -= half % 8
-    return total(values[:half]) + total(values[half:])
+    return summed(values[:half]) + summed(values[half:])
 
 
 @numba.njit(cache=True)
@@ -46,5 +46,5 @@ def _of_block(values):  # pragma: no cover - compiled
 @numba.njit(cache=True)
 def deviation(values):  # pragma: no cover - compiled
     """Standard deviation of values (M,)."""
-    off = values - total(values) / values.size
-    return np.sqrt(total(off * off) / values.size)
+    off = values - summed(values) / values.size
+    return np.sqrt(summed(off * off) / values.size)
