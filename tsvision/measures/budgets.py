@@ -49,26 +49,26 @@ def add_budgets(
     lay = [_lay(f.fit) for f in fits]
     string = [each.bundle_px * x for each, x in zip(laid, lay, strict=True)]
     knotted = float(np.mean([each.knot_bundle_px * x for each, x in zip(laid, lay, strict=True)]))
-    row = replace(
+    apex_mm = (apex_px - looks.zero_px) * scale
+    x_px, y_px = looks.sight.axis.at(np.array(apex_px))
+    string_mm = string_mm_sd = NAN
+    if np.isfinite(apex_mm) and looks.zero_known:
+        leg = float(np.hypot(apex_mm, 0.5 * looks.hole_distance_mm))
+        bundle = float(np.mean(string)) * scale
+        string_mm = leg + bundle
+        string_mm_sd = RATE_SD * bundle
+        string_mm_sd += (0.5 * float(np.ptp(string)) + KNOT_SD * knotted) * scale
+    return replace(
         row,
         turns_seen=turns_seen,
         turns_seen_sd=sd,
         turn_budget_error=(turns_seen - abs(row.turns)) if np.isfinite(row.turns) else NAN,
-        apex_mm=(apex_px - looks.zero_px) * scale,
-        apex_x_px=float(looks.sight.axis.at(np.array(apex_px))[0]),
-        apex_y_px=float(looks.sight.axis.at(np.array(apex_px))[1]),
+        apex_mm=apex_mm,
+        apex_x_px=float(x_px),
+        apex_y_px=float(y_px),
+        string_length_mm=string_mm,
+        string_length_mm_sd=string_mm_sd,
     )
-    apex_mm = row.apex_mm
-    if np.isfinite(apex_mm) and looks.zero_known:
-        leg = float(np.hypot(apex_mm, 0.5 * looks.hole_distance_mm))
-        bundle = float(np.mean(string)) * scale
-        row = replace(
-            row,
-            string_length_mm=leg + bundle,
-            string_length_mm_sd=RATE_SD * bundle
-            + (0.5 * float(np.ptp(string)) + KNOT_SD * knotted) * scale,
-        )
-    return row
 
 
 def connector_px(looks: Looks) -> float:

@@ -73,9 +73,8 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         near, mid = fit_bundle(edges, looks, turns, apex_px, near, mid)
         row = replace(row, blur_px=looks.shading[0].blur_px)
     row, flags = _bundle_values(row, flags, near, mid, edges, looks)
-    slope, warm_slope = _handedness(cut, edges, looks, warm)
-    row = replace(row, handedness=slope[0], handedness_confidence=slope[1])
-    if not slope[0]:
+    (sense, sure), warm_slope = _handedness(cut, edges, looks, warm)
+    if not sense:
         flags |= Flag.NO_HANDEDNESS
     outer = within_zone(with_outline(found, cut), cut, looks)
     outlined = add_outline(row, outer, looks, near, mid, apex_px)
@@ -96,7 +95,12 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         flags |= Flag.KNOT_UNSURE
     if clipped(outer, looks.sight.axis, frame.pixels.shape, looks.diameter_px):
         flags |= Flag.CLIPPED
-    row = replace(row, flags=flags_to_text(flags | _not_known(looks, turns)))
+    row = replace(
+        row,
+        handedness=sense,
+        handedness_confidence=sure,
+        flags=flags_to_text(flags | _not_known(looks, turns)),
+    )
     return FrameResult(row, outlined.profile, outlined.knots, outlined.lobes), Warm(
         near or warm.near, mid or warm.mid, warm_slope
     )
@@ -194,37 +198,35 @@ def _bundle_values(
     beta_sd = angle_sd(d, d_sd, pitch, p_sd)
     if (near.s_high_px - near.s_low_px) < 0.9 * pitch:
         flags |= Flag.FEW_LOBES
-    row = replace(
-        row,
-        diameter_px=d,
-        diameter_px_sd=d_sd,
-        diameter_mm=d * scale,
-        diameter_mm_sd=d_mm_sd,
-        pitch_px=pitch,
-        pitch_px_sd=p_sd,
-        pitch_mm=pitch * scale,
-        pitch_mm_sd=p_mm_sd,
-        strand_repeat_px=_strand_repeat(fit),
-        helix_angle_rad=beta,
-        helix_angle_rad_sd=beta_sd,
-        lay_angle_rad=lay,
-        lay_angle_rad_sd=beta_sd * outer,
-        coil_pitch_mm=float(2 * np.pi / fit.p[KC]) * scale if fit.coiled else NAN,
-        fit_rms_px=fit.rms_px,
-    )
+    values = {
+        "diameter_px": d,
+        "diameter_px_sd": d_sd,
+        "diameter_mm": d * scale,
+        "diameter_mm_sd": d_mm_sd,
+        "pitch_px": pitch,
+        "pitch_px_sd": p_sd,
+        "pitch_mm": pitch * scale,
+        "pitch_mm_sd": p_mm_sd,
+        "strand_repeat_px": _strand_repeat(fit),
+        "helix_angle_rad": beta,
+        "helix_angle_rad_sd": beta_sd,
+        "lay_angle_rad": lay,
+        "lay_angle_rad_sd": beta_sd * outer,
+        "coil_pitch_mm": float(2 * np.pi / fit.p[KC]) * scale if fit.coiled else NAN,
+        "fit_rms_px": fit.rms_px,
+    }
     if mid is not None and _describes(mid, looks):
         (md, _, mt), _ = mid.fit.derived
-        row = replace(
-            row,
-            midspan_diameter_mm=md * scale,
-            midspan_diameter_mm_sd=float(
+        values |= {
+            "midspan_diameter_mm": md * scale,
+            "midspan_diameter_mm_sd": float(
                 np.hypot(
                     diameter_sd_px(mid.fit, looks.shading) * scale, md * scale * relative_scale
                 )
             ),
-            midspan_helix_angle_rad=float(np.arctan(mt)),
-        )
-    return row, flags
+            "midspan_helix_angle_rad": float(np.arctan(mt)),
+        }
+    return replace(row, **values), flags
 
 
 def _describes(found: BundleFit, looks: Looks) -> bool:
