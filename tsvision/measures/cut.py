@@ -83,8 +83,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         return None
     # With few turns the axis lies between the legs most of the way: trust the brighter columns.
     level = sight.sense * percentile(columns, 80.0)
-    steps = np.abs(np.diff(contrast[np.flatnonzero(np.abs(n) > inner)[::6]]))
-    steps = steps[np.isfinite(steps)]
+    steps = _steps(contrast, np.flatnonzero(np.abs(n) > inner)[::6])
     if steps.size == 0:
         return None  # no ground in view beside an axis this wide
     ground_noise = 1.4826 * median(steps) / 1.41
@@ -115,6 +114,21 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         told_by_colour(sight.weights, sight.by_distance),
         black,
     )
+
+
+@numba.njit(cache=True)
+def _steps(contrast, rows):  # pragma: no cover - compiled
+    """By how much (K,) neighbours differ along some rows of a contrast (R, M), where both are
+    known."""
+    columns = contrast.shape[1]
+    out = np.empty(rows.size * columns, contrast.dtype)
+    count = 0
+    for r in rows:
+        row = contrast[r]
+        for c in range(columns - 1):
+            out[count] = abs(row[c + 1] - row[c])
+            count += np.isfinite(out[count])
+    return out[:count]
 
 
 def _black(values: np.ndarray, contrast: np.ndarray, n: np.ndarray, sight: Sight) -> float:

@@ -78,10 +78,11 @@ def _beyond(
     contrast: np.ndarray, border: np.ndarray, bundle: np.ndarray, width_px: float, strand_px: float
 ) -> np.ndarray:
     """The same at larger rows, every column for itself; border (M,): last lit row."""
-    first = max(int(np.nanmin(border[bundle]) - strand_px) - 2 * FALL_PX, 0)  # further in is lit
+    rows = border[bundle]
+    first = max(int(np.fmin.reduce(rows) - strand_px) - 2 * FALL_PX, 0)  # further in is lit
     contrast, border = contrast[first:], np.where(bundle, border - first, np.nan)
-    near = int(np.nanmin(border) + REACH_D * width_px)
-    far = int(np.nanmax(border) + 2.0 * REACH_D * width_px) + 1
+    near = int(np.fmin.reduce(rows) - first + REACH_D * width_px)
+    far = int(np.fmax.reduce(rows) - first + 2.0 * REACH_D * width_px) + 1
     fall = _falls(contrast[near : far + FALL_PX])
     slow = _averaged(fall, max(round(2.0 * width_px / SOME), 3))
     beside = near - border[::SOME]

@@ -69,12 +69,17 @@ def _reach(upper_px, lower_px, known, diameter_px):  # pragma: no cover - compil
 
 def closed_over(reach: np.ndarray, period_px: float) -> np.ndarray:
     """E(s) (M,): twice the reach, dips shorter than a period filled."""
+    return np.asarray(_closed_over(reach, float(period_px)))
+
+
+@numba.njit(cache=True)
+def _closed_over(reach, period_px):  # pragma: no cover - compiled
     index = np.flatnonzero(np.isfinite(reach))
-    out = np.full(reach.shape, np.nan)
+    out = np.full(reach.size, np.nan)
     if index.size:
-        filled = reach[index[0] : index[-1] + 1]
-        size = int(np.clip(round(period_px), 3, filled.size))
-        out[index[0] : index[-1] + 1] = 2.0 * closed(filled, size)
+        inside = slice(index[0], index[-1] + 1)
+        size = min(max(round(period_px), 3), index[-1] + 1 - index[0])
+        out[inside] = 2.0 * closed(reach[inside], size)
     return out
 
 

@@ -21,14 +21,16 @@ def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float)
     Positive: ridges run from lower to higher n with growing s.
     """
     reach = max(int(half_width_px), 2)
-    columns = np.arange(light.shape[1], dtype=np.float32)
-    rows = centre_row[None, :] + np.arange(-reach, reach + 1)[:, None]
-    filled = light.astype(np.float32)
+    rows = (centre_row + np.arange(-reach, reach + 1)[:, None]).astype(np.float32)
+    columns = np.empty_like(rows)
+    columns[:] = np.arange(light.shape[1])
+    first = min(max(int(rows.min()) - 1, 0), light.shape[0] - 1)
+    filled = light[first : max(int(rows.max()) + 3, first + 1)].astype(np.float32)
     cv2.patchNaNs(filled, 0.0)
     straight = cv2.remap(
         filled,
-        np.broadcast_to(columns, rows.shape).astype(np.float32),
-        rows.astype(np.float32),
+        columns,
+        rows - np.float32(first),
         cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE,
     )

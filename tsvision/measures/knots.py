@@ -54,7 +54,7 @@ class Outline:
     def closed_px(self, period_px: float, within: np.ndarray | None = None) -> np.ndarray:
         """E(s) (M,), dips shorter than a period filled; of the columns `within` alone if given."""
         known = self.known if within is None else self.known & within
-        if np.array_equal(known, self.known):
+        if within is None or np.array_equal(known, self.known):
             return closed_over(self.reach_px, period_px)
         return envelope_px(self.upper_px, self.lower_px, known, period_px, self.diameter_px)
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from scipy.optimize import least_squares
 
@@ -143,16 +144,30 @@ def legs_of(
     if not sight.by_distance:
         contrast = contrast - row_medians(contrast.T).astype(np.float32)
     contrast = contrast / (abs(cut.core_level) if sight.by_distance else cut.core_level)
-    n = np.arange(-half, half + 1)[:, None]
     sides = []
     for sign in (1.0, -1.0):
         line = sign * half_gap * (apex - s) / (apex - about_px)
-        near = np.abs(n - line) < NEAR * half_gap
-        weight = np.where(near & (contrast > CLEAR), np.minimum(contrast, 1.0), 0.0)
-        total = weight.sum(axis=0)
-        middle = (weight * n).sum(axis=0) / np.maximum(total, 1e-9)
+        total, middle = _middles(contrast, line, NEAR * half_gap)
         clear = (total > 0.12 * sight.width_px) & (np.abs(middle) > 0.35 * sight.width_px)
         if clear.sum() < FEWEST:
             return None
         sides.append(np.stack([s[clear], middle[clear]]))
     return Legs(apex, sides[0], sides[1])
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _middles(contrast, line, near):  # pragma: no cover - compiled
+    """How much of the strings (M,) is seen in a contrast (R, M) less than `near` from a line (M,),
+    and its middle (M,), in n."""
+    rows, columns = contrast.shape
+    half = rows // 2
+    total, moment = np.zeros(columns, contrast.dtype), np.zeros(columns)
+    most = contrast.dtype.type(1.0)
+    for r in range(rows):
+        for c in range(columns):
+            light = contrast[r, c]
+            if abs(r - half - line[c]) < near and light > CLEAR:
+                weight = min(light, most)
+                total[c] += weight
+                moment[c] += weight * float(r - half)
+    return total, moment / np.maximum(total, 1e-9)

@@ -40,7 +40,7 @@ class Gradient(NamedTuple):
 
 def gradient_of(contrast: np.ndarray, rows: slice = slice(None)) -> Gradient:
     """Gradient of those rows of a contrast (R, M)."""
-    smooth = cv2.GaussianBlur(contrast[rows].astype(np.float32), (0, 0), GRADIENT_SD_PX)
+    smooth = cv2.GaussianBlur(np.asarray(contrast[rows], np.float32), (0, 0), GRADIENT_SD_PX)
     return Gradient(
         cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3),
         cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3),
@@ -72,9 +72,8 @@ def match_steep(
         t = np.arange(-far, far + 1, dtype=np.float32)[:, None]
         x = (at + t * along[at]).astype(np.float32)
         y = (rough[at] + t * across[at]).astype(np.float32)
-        square = cv2.remap(
-            contrast.astype(np.float32), x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-        )
+        whole = np.asarray(contrast, np.float32)
+        square = cv2.remap(whole, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         level = np.zeros(at.size)
         found, depth[at], residual[at] = match_edges(
             square.astype(float), level + far, 1, shading, level, limit_px

@@ -30,10 +30,11 @@ def _columns(labels, keep, contrast, above, half):  # pragma: no cover - compile
     as pictures lie in memory."""
     rows, columns = labels.shape
     out = np.full((6, columns), np.nan)
-    out[5] = 0.0
+    lit = np.zeros(columns, np.int32)
     for r in range(rows):
         for c in range(columns):
-            out[5, c] += contrast[r, c] > above
+            lit[c] += contrast[r, c] > above
+    out[5] = lit
     begun = np.full(columns, -1)
     for r in range(rows + 1):
         for c in range(columns):
