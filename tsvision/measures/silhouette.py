@@ -114,9 +114,10 @@ def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at
     for i in range(site_radius.size):
         reach = max(reach, rho + 2.0 * rho * site_radius[i] + 2.0 * step)
     samples = int((count + 2.0 * reach) / step) + 2
+    first = z0 - reach
     kappa = p[5] * p[6]
     q = np.sqrt(1.0 + kappa * kappa)
-    theta = p[6] * (z0 - reach) + p[7] if p[5] > 0.0 else 0.0
+    theta = p[6] * first + p[7] if p[5] > 0.0 else 0.0
     turn = p[6] * step if p[5] > 0.0 else 0.0
     # One step turns both angles by the same: products instead of four cosines and sines a sample.
     cos_k, sin_k, cos_t, sin_t = (
@@ -125,51 +126,48 @@ def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at
         np.cos(turn),
         np.sin(turn),
     )
+    xu, yu = np.empty(samples), np.empty(samples)
+    xl, yl = np.empty(samples), np.empty(samples)
     for i in range(site_radius.size):
         a = 2.0 * rho * site_radius[i]
-        have = False
-        psi = p[1] * (z0 - reach) + p[2] + site_angle[i]
+        psi = p[1] * first + p[2] + site_angle[i]
         cp, sp, ct, st = np.cos(psi), np.sin(psi), np.cos(theta), np.sin(theta)
-        xu0 = yu0 = xl0 = yl0 = zp = 0.0
         for j in range(samples):
-            z = z0 - reach + j * step
-            s, y, ds, dy = _point(z, a, p, kappa, q, cp, sp, ct, st)
+            s, y, ds, dy = _point(first + j * step, a, p, kappa, q, cp, sp, ct, st)
             cp, sp = cp * cos_k - sp * sin_k, sp * cos_k + cp * sin_k
             ct, st = ct * cos_t - st * sin_t, st * cos_t + ct * sin_t
             length = np.sqrt(ds * ds + dy * dy) + 1e-12
             nx, ny = -dy / length, ds / length
             if ny < 0.0:
                 nx, ny = -nx, -ny
-            xu, yu = s + rho * nx, y + rho * ny
-            xl, yl = s - rho * nx, y - rho * ny
-            if have:
-                lo, hi = (xu0, xu) if xu0 <= xu else (xu, xu0)
-                if hi - lo < 4.0 * rho:
-                    c0 = max(int(np.ceil(lo - z0)), 0)
-                    c1 = min(int(np.floor(hi - z0)), count - 1)
-                    for c in range(c0, c1 + 1):
-                        w = (c + z0 - xu0) / (xu - xu0) if xu != xu0 else 0.5
-                        v = yu0 + w * (yu - yu0)
-                        if v > upper[c]:
-                            upper[c] = v
-                            at_upper[c, 0] = zp + w * step
-                            at_upper[c, 1] = i
-                lo, hi = (xl0, xl) if xl0 <= xl else (xl, xl0)
-                if hi - lo < 4.0 * rho:
-                    c0 = max(int(np.ceil(lo - z0)), 0)
-                    c1 = min(int(np.floor(hi - z0)), count - 1)
-                    for c in range(c0, c1 + 1):
-                        w = (c + z0 - xl0) / (xl - xl0) if xl != xl0 else 0.5
-                        v = yl0 + w * (yl - yl0)
-                        if v < lower[c]:
-                            lower[c] = v
-                            at_lower[c, 0] = zp + w * step
-                            at_lower[c, 1] = i
-            xu0, yu0, xl0, yl0, zp, have = xu, yu, xl, yl, z, True
+            xu[j], yu[j] = s + rho * nx, y + rho * ny
+            xl[j], yl[j] = s - rho * nx, y - rho * ny
+        _draw_outermost(upper, at_upper, xu, yu, 1.0, i, rho, z0, first, step)
+        _draw_outermost(lower, at_lower, xl, yl, -1.0, i, rho, z0, first, step)
     for c in range(count):
         line = p[3] + p[4] * (c + z0)
         upper[c] += line + p[8]
         lower[c] += line - p[8]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _draw_outermost(edge, at, x, y, sense, strand, rho, z0, first, step):
+    # pragma: no cover - compiled
+    """Draw a strand's border x, y (K,), told every `step` from `first` on, into an edge (count,)
+    wherever it lies further out; sense +1 upper, -1 lower. at (count, 2): contact z and strand."""
+    last = edge.size - 1
+    for j in range(1, x.size):
+        x0, x1 = x[j - 1], x[j]
+        low, high = min(x0, x1), max(x0, x1)
+        if not high - low < 4.0 * rho:
+            continue
+        for c in range(max(int(np.ceil(low - z0)), 0), min(int(np.floor(high - z0)), last) + 1):
+            w = (c + z0 - x0) / (x1 - x0) if x1 != x0 else 0.5
+            v = y[j - 1] + w * (y[j] - y[j - 1])
+            if sense * v > sense * edge[c]:
+                edge[c] = v
+                at[c, 0] = first + (j - 1) * step + w * step
+                at[c, 1] = strand
 
 
 @numba.njit(cache=True, error_model="numpy")
