@@ -10,7 +10,9 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-_DIGITS = 11  # bits that are counted at a time: as many counts as fit into the fastest memory
+# Bits that are counted at a time: as many counts as fit into the fastest memory, and fewer where
+# they take longer to look through than the numbers.
+_DIGITS, _FEW_DIGITS, _FEW = 11, 8, 1000
 _SIGN = np.uint64(1 << 63)
 _SHORT = 32  # bits of a short number
 
@@ -44,14 +46,15 @@ def _number(key, is_short):  # pragma: no cover - compiled
 @numba.njit(cache=True)
 def _at(keys, place, is_short):  # pragma: no cover - compiled
     """The key at a place, from 0 on, in rising order."""
-    digits = np.uint64((1 << _DIGITS) - 1)
+    at_a_time = _DIGITS if keys.size > _FEW else _FEW_DIGITS
+    digits = np.uint64((1 << at_a_time) - 1)
     # Bits that all keys begin with tell nothing; nor do those that follow short ones.
     apart, left, last = keys.min() ^ keys.max(), 0, _SHORT if is_short else 0
     while left < 64 and apart >> np.uint64(left):
         left += 1
-    counts, some = np.empty(1 << _DIGITS, np.int64), keys
+    counts, some = np.empty(1 << at_a_time, np.int64), keys
     while left > last and some.size > 1:
-        left = max(left - _DIGITS, 0)
+        left = max(left - at_a_time, 0)
         shift = np.uint64(left)
         counts[:] = 0
         for key in some:

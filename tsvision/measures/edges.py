@@ -34,7 +34,9 @@ def _match(
 ):  # pragma: no cover - compiled
     """Gauss-Newton on (edge, depth, ground) of every column."""
     rows, columns = values.shape
-    ys = np.empty(rows)
+    # Light, template and its slope in the window: what is looked up first is added up faster.
+    lights, shapes, slopes = np.empty(rows), np.empty(rows), np.empty(rows)
+    ahead = template[1:]
     for m in range(columns):
         edge[m] = np.nan
         depth[m] = np.nan
@@ -55,7 +57,8 @@ def _match(
         if r0 < 0 or r1 > rows - 1 or r1 - r0 < 4:
             continue
         good = True
-        seen = ys[: r1 - r0 + 1]
+        window = slice(r1 - r0 + 1)
+        seen, shape, slope = lights[window], shapes[window], slopes[window]
         sy = syy = 0.0
         for r in range(r0, r1 + 1):
             y = float(values[r, m])
@@ -70,13 +73,14 @@ def _match(
         s1 = float(seen.size)
         for _iteration in range(iterations):
             st = stt = sd = sdd = sdt = sty = sdy = 0.0
-            for r in range(r0, r1 + 1):
-                x = (outward * (e - r) * cos - t0) / dt
-                i = int(x)
+            for k in range(seen.size):
+                x = (outward * (e - (r0 + k)) * cos - t0) / dt
+                i = np.int32(x)
                 w = x - i
-                f = (1 - w) * template[i] + w * template[i + 1]
-                d = template[i + 1] - template[i]
-                y = seen[r - r0]
+                shape[k] = (1 - w) * template[i] + w * ahead[i]
+                slope[k] = ahead[i] - template[i]
+            for k in range(seen.size):
+                f, d, y = shape[k], slope[k], seen[k]
                 st += f
                 stt += f * f
                 sd += d
