@@ -23,10 +23,12 @@ LEAST_PX = 60  # of the front, below which nothing is told
 DRAWN_RHO_PX = 4.0  # strand radius at which a fit is drawn, where it is not smaller by itself, ...
 SCANNED_RHO_PX = 2.5  # ... and at which many are: ridges are told apart still
 SHRUNK_BLUR = 0.5  # blur of a light made smaller
+BOTH = np.array([1.0, -1.0])  # sides to which a bundle may be twisted
 
 
 class _Front(NamedTuple):
-    """Height towards the camera (-inf: ground) and the normal's parts across and along, (R, M)."""
+    """Height towards the camera (-inf: ground) and the normal's parts across and along, (S, R, M):
+    of the bundle twisted to each of some sides."""
 
     height: np.ndarray
     across: np.ndarray
@@ -42,14 +44,14 @@ def explained(light: np.ndarray, p: np.ndarray, section: Section, blur_px: float
     factor = max(float(p[RHO]) / DRAWN_RHO_PX, 1.0)
     small, scaled = _shrunk(light, factor), rescaled(p, factor)
     blur = max(float(np.hypot(blur_px / factor, SHRUNK_BLUR if factor > 1.0 else 0.0)), 0.5)
-    return max(_explained(small, scaled, section, blur, side) for side in (1.0, -1.0))
+    front = _empty(BOTH.size, small.shape)
+    _draw(scaled, section.radius_d, section.angle_rad, BOTH, *front)
+    sides = (_Front(*of_side) for of_side in zip(*front, strict=True))
+    return max(_explained(small, side, scaled[RHO], blur) for side in sides)
 
 
-def _explained(
-    light: np.ndarray, p: np.ndarray, section: Section, blur_px: float, side: float
-) -> float:
-    front = _empty(light.shape)
-    _draw(p, section.radius_d, section.angle_rad, side, *front)
+def _explained(light: np.ndarray, front: _Front, rho_px: float, blur_px: float) -> float:
+    """Of one side's front, (R, M) each."""
     seen = np.isfinite(front.height)
     kernel = np.ones((2 * INNER_PX + 1, 2 * INNER_PX + 1), dtype=np.uint8)
     inner = cv2.erode(seen.astype(np.uint8), kernel).astype(bool)
@@ -57,7 +59,7 @@ def _explained(
     if values.size < LEAST_PX:
         return 0.0
     facing = np.sqrt(np.clip(1.0 - front.across**2 - front.along**2, 0.0, 1.0)) * seen
-    height = np.where(seen, front.height / p[RHO], 0.0).astype(np.float32)
+    height = np.where(seen, front.height / rho_px, 0.0).astype(np.float32)
     drawn = [
         cv2.GaussianBlur(d, (0, 0), blur_px)[inner]
         for d in (facing, front.across, front.along, height)
@@ -79,11 +81,18 @@ def scan_relief(
     factor = max(float(p[RHO]) / SCANNED_RHO_PX, 1.0)
     small = _shrunk(light, factor)
     scaled = rescaled(p, factor)
-    front = _empty(small.shape)
+    front = _empty(1, small.shape)
 
     def shares(side: float, rates: np.ndarray, phases: np.ndarray) -> np.ndarray:
         told: np.ndarray = _scan(
-            small, scaled, section.radius_d, section.angle_rad, side, rates, phases, *front
+            small,
+            scaled,
+            section.radius_d,
+            section.angle_rad,
+            np.array([side]),
+            rates,
+            phases,
+            *front,
         )
         return told
 
@@ -91,8 +100,8 @@ def scan_relief(
     return shares(side, rates * factor, phases)
 
 
-def _empty(shape: tuple[int, ...]) -> _Front:
-    return _Front(*(np.empty(shape, dtype=np.float32) for _ in range(3)))
+def _empty(sides: int, shape: tuple[int, ...]) -> _Front:
+    return _Front(*(np.empty((sides, *shape), dtype=np.float32) for _ in range(3)))
 
 
 def _shrunk(light: np.ndarray, factor: float) -> np.ndarray:
@@ -115,17 +124,18 @@ def _shrunk(light: np.ndarray, factor: float) -> np.ndarray:
 
 @numba.njit(cache=True)
 def _scan(
-    light, p, site_radius, site_angle, side, rates, phases, height, across, along
+    light, p, site_radius, site_angle, side, rates, phases, heights, acrosses, alongs
 ):  # pragma: no cover - compiled
     """Shares (K, P) explained by every rate and phase: six terms' normal equations for each."""
     rows, columns = light.shape
+    height, across, along = heights[0], acrosses[0], alongs[0]
     shares = np.zeros((rates.size, phases.size))
     q = p.copy()
     term, system, right = np.empty(6), np.empty((6, 6)), np.empty(6)
     for i in range(rates.size):
         for j in range(phases.size):
             q[1], q[2] = rates[i], phases[j]
-            _draw(q, site_radius, site_angle, side, height, across, along)
+            _draw(q, site_radius, site_angle, side, heights, acrosses, alongs)
             system[:] = 0.0
             right[:] = 0.0
             square = 0.0
@@ -160,11 +170,11 @@ def _scan(
     return shares
 
 
-@numba.njit(cache=True)
-def _draw(p, site_radius, site_angle, side, height, across, along):  # pragma: no cover - compiled
-    """Draw the strands as rows of balls: the foremost ball's height and normal at every pixel.
-    side: +1 or -1, the sense of twist."""
-    rows, columns = height.shape
+@numba.njit(cache=True, error_model="numpy")
+def _draw(p, site_radius, site_angle, sides, height, across, along):  # pragma: no cover - compiled
+    """Draw the strands as rows of balls: the foremost ball's height and normal at every pixel,
+    (S, R, M). sides (S,): +1 or -1, the sense of twist; only which strand lies in front differs."""
+    _, rows, columns = height.shape
     height[:] = -np.inf
     across[:] = 0.0
     along[:] = 0.0
@@ -189,7 +199,7 @@ def _draw(p, site_radius, site_angle, side, height, across, along):  # pragma: n
                 ct, st = np.cos(theta), np.sin(theta)
             s = z + a * sp * kappa / q - z0
             y = p[5] * ct - a * cp * ct + a * sp * st / q + p[3] + p[4] * z + half
-            middle = side * (p[5] * st - a * cp * st - a * sp * ct / q)
+            middle = p[5] * st - a * cp * st - a * sp * ct / q
             for r in range(max(int(np.ceil(y - rho)), 0), min(int(y + rho), rows - 1) + 1):
                 dy = r - y
                 left = rho * rho - dy * dy
@@ -201,8 +211,10 @@ def _draw(p, site_radius, site_angle, side, height, across, along):  # pragma: n
                     up = left - ds * ds
                     if up <= 0.0:
                         continue
-                    h = middle + np.sqrt(up)
-                    if h > height[r, c]:
-                        height[r, c] = h
-                        across[r, c] = dy / rho
-                        along[r, c] = ds / rho
+                    forward = np.sqrt(up)
+                    for i_side in range(sides.size):
+                        h = sides[i_side] * middle + forward
+                        if h > height[i_side, r, c]:
+                            height[i_side, r, c] = h
+                            across[i_side, r, c] = dy / rho
+                            along[i_side, r, c] = ds / rho
