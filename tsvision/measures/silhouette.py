@@ -93,13 +93,14 @@ class Section:
 def _point(z, a, p, kappa, q, cp, sp, ct, st):  # pragma: no cover - compiled
     """Projected strand centre (s, y) and its derivative along z; cosines and sines of the strand's
     angle psi and the coil's theta there."""
+    if p[5] <= 0.0:
+        return z, -a * cp, 1.0, p[1] * (a * sp)
     s = z + a * sp * kappa / q
     y = p[5] * ct - a * cp * ct + a * sp * st / q
     y_theta = -p[5] * st + a * cp * st + a * sp * ct / q
     y_psi = a * sp * ct + a * cp * st / q
     s_psi = a * cp * kappa / q
-    rate = p[6] if p[5] > 0.0 else 0.0
-    return s, y, 1.0 + p[1] * s_psi, rate * y_theta + p[1] * y_psi
+    return s, y, 1.0 + p[1] * s_psi, p[6] * y_theta + p[1] * y_psi
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -175,15 +176,25 @@ def gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cov
     """d edge(x) / d p at contact z on strand i; sense +1 upper, -1 lower. out (9,)."""
     rho = p[0]
     a = 2.0 * rho * site_radius[i]
-    kappa = p[5] * p[6]
-    q = np.sqrt(1.0 + kappa * kappa)
     psi = p[1] * z + p[2] + site_angle[i]
     cp, sp = np.cos(psi), np.sin(psi)
-    if p[5] > 0.0:
-        theta = p[6] * z + p[7]
-        ct, st = np.cos(theta), np.sin(theta)
-    else:
-        ct, st = 1.0, 0.0
+    if p[5] <= 0.0:  # the same with kappa = theta = 0, in half the time
+        u = x - z
+        root = np.sqrt(max(rho * rho - u * u, 0.04 * rho * rho))
+        out[0] = sense * rho / root - 2.0 * site_radius[i] * cp
+        out[1] = z * (a * sp)
+        out[2] = a * sp
+        out[3] = 1.0
+        out[4] = x
+        out[5] = 1.0 + sense * u / root * (a * sp) * p[6]
+        out[6] = z * (a * sp)
+        out[7] = a * sp
+        out[8] = sense
+        return
+    kappa = p[5] * p[6]
+    q = np.sqrt(1.0 + kappa * kappa)
+    theta = p[6] * z + p[7]
+    ct, st = np.cos(theta), np.sin(theta)
     s = z + a * sp * kappa / q
     u = x - s
     root = np.sqrt(max(rho * rho - u * u, 0.04 * rho * rho))
