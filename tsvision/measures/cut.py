@@ -311,7 +311,7 @@ def _matched(
     slope = slope_of(rough, np.isfinite(rough), SLOPE_SD_PX)
     edge, depth, residual = match_edges(cut.contrast, start, outward, shade, slope, SEARCHED_PX)
     typical = median(depth[np.isfinite(depth)])
-    if np.abs(slope).max() > MAYBE_STEEP:
+    if max(slope.max(), -slope.min()) > MAYBE_STEEP:
         steep = match_steep(cut.contrast, cut.gradient, rough, outward, shade, SEARCHED_PX)
         both = zip((edge, depth, residual), steep.matched, strict=True)
         edge, depth, residual = (np.where(steep.columns, new, old) for old, new in both)

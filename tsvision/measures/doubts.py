@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 
 from tsvision.images.strip import Axis
@@ -43,12 +44,18 @@ def clipped(edges: Edges, axis: Axis, shape: tuple[int, ...], diameter_px: float
     itself, of this shape (H, W, ...). Along the axis the bundle may well go on beyond the view."""
     s_px = edges.s_px
     centre, along = axis.at(s_px), axis.tangent(s_px)
-    at_border = np.zeros(s_px.size, dtype=bool)
-    for n, weight in (
-        (edges.upper_px, edges.upper_weight),
-        (edges.lower_px, edges.lower_weight),
-    ):
-        x, y = centre[:, 0] - n * along[:, 1], centre[:, 1] + n * along[:, 0]
-        room = np.minimum(np.minimum(x, shape[1] - 1.0 - x), np.minimum(y, shape[0] - 1.0 - y))
-        at_border |= (weight > 0) & (room < BORDER_PX)
-    return bool(at_border.sum() > diameter_px)
+    upper = _at_border(centre, along, edges.upper_px, edges.upper_weight, shape[0], shape[1])
+    lower = _at_border(centre, along, edges.lower_px, edges.lower_weight, shape[0], shape[1])
+    return bool((upper | lower).sum() > diameter_px)
+
+
+@numba.njit(cache=True)
+def _at_border(centre, along, n_px, weight, height, width):  # pragma: no cover - compiled
+    """Columns (M,) where an edge that is seen, n_px (M,) from the axis' points (M, 2) of direction
+    `along` (M, 2), lies at the border of the picture."""
+    out = np.zeros(n_px.size, np.bool_)
+    for i in range(n_px.size):
+        x, y = centre[i, 0] - n_px[i] * along[i, 1], centre[i, 1] + n_px[i] * along[i, 0]
+        room = min(min(x, width - 1.0 - x), min(y, height - 1.0 - y))
+        out[i] = weight[i] > 0.0 and room < BORDER_PX
+    return out

@@ -69,7 +69,7 @@ def add_outline(
     envelope, tight = outline.closed_px(period), outline.tight_px
     base = baseline_along_px(outline)
     found, lone = knots_along(outline, base, looks.sight.axis.at(edges.s_px))
-    top = float(np.nanmax(envelope)) if np.isfinite(base) else NAN
+    top = float(np.fmax.reduce(envelope)) if np.isfinite(base) else NAN
     fitted = near.fit.p[RC] if near is not None and np.isfinite(row.pitch_px) else NAN
     if fitted > 0.5 * (top - diameter) + BEYOND * diameter:
         fitted = NAN  # no centre line swings farther out than the strings are seen
@@ -146,7 +146,7 @@ def _profile(edges: Edges, looks: Looks, envelope: np.ndarray) -> Profile:
     mm = looks.scale.mm_per_px
     axis = looks.sight.axis
     s_px = edges.s_px[keep] - looks.zero_px  # from the separator, as s_mm
-    place = axis.at(edges.s_px[keep])
+    place = None if axis.is_straight else axis.at(edges.s_px[keep])
     return Profile(
         s_mm=mm_along(looks, edges.s_px[keep]),
         s_px=s_px,
@@ -154,8 +154,8 @@ def _profile(edges: Edges, looks: Looks, envelope: np.ndarray) -> Profile:
         lower_px=edges.lower_px[keep],
         width_mm=((edges.upper_px - edges.lower_px) * mm)[keep],
         envelope_mm=envelope[keep] * mm,
-        axis_x_px=None if axis.is_straight else place[:, 0],
-        axis_y_px=None if axis.is_straight else place[:, 1],
+        axis_x_px=None if place is None else place[:, 0],
+        axis_y_px=None if place is None else place[:, 1],
     )
 
 

@@ -8,6 +8,8 @@ fitted, and the best fit wins. Wide bundles are searched at reduced size first.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numba
 import numpy as np
 
@@ -246,7 +248,7 @@ def _valleys(
     alone = (band.expected - (base[KC] / factor if base[RC] > 0.0 else 0.0)) * factor
     if np.isfinite(alone) and rates[0] < alone < rates[-1]:
         rates = np.append(rates, alone)
-    phases = np.arange(PHASES[lobes]) * (2.0 * np.pi / section.fold / PHASES[lobes])
+    phases = _phases(lobes, section.fold)
     costs = np.empty((rates.size, phases.size))
     rho = float(base[RHO])
     # The coil is known roughly only, and the grid is coarse: a deviation counts up to a fair part
@@ -265,9 +267,9 @@ def _valleys(
         costs,
     )
     # A section that is nearly four-fold has two deep valleys at one rate, a quarter turn apart.
-    at = np.argwhere(_deep(costs[:count]))
-    at = at[np.argsort(costs[at[:, 0], at[:, 1]])][: 3 * VALLEYS]
-    best = [(int(i), int(j)) for i, j in at]
+    at = np.flatnonzero(_deep(costs[:count]))
+    at = at[np.argsort(costs.ravel()[at])][: 3 * VALLEYS]
+    best = [divmod(one, phases.size) for one in at.tolist()]
     best += [(i, int(np.argmin(costs[i]))) for i in range(count, rates.size)]
     starts = []
     for i, j in best:
@@ -275,6 +277,12 @@ def _valleys(
         p[K], p[PHI] = rates[i], phases[j]
         starts.append((float(costs[i, j]) * doubt(p, band.expected * factor), p))
     return starts
+
+
+@lru_cache(maxsize=16)
+def _phases(lobes: int, fold: int) -> np.ndarray:
+    """Phases tried over one repeat of the section, to be read only."""
+    return np.arange(PHASES[lobes]) * (2.0 * np.pi / fold / PHASES[lobes])
 
 
 @numba.njit(cache=True)
