@@ -7,6 +7,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from tsvision.images.linear import LUMA_BGR
+from tsvision.images.sight import Sight
+from tsvision.images.strip import straight_axis
 from tsvision.measures.cut import Cut, find_edges
 from tsvision.measures.helix import Edges
 from tsvision.measures.shading import LAMPS_RAD, make_shading, plain_shading
@@ -25,7 +28,23 @@ def a_cut(reach: int) -> Cut:
     outline = Silhouette(-limit, limit, bundle, 20.0, np.zeros(COLUMNS, bool))
     s = np.arange(COLUMNS, dtype=float)
     none = np.full(COLUMNS, np.nan)
-    return Cut(contrast, contrast, s, HALF, outline, 1.0, 0.5, 0.01, 0.0, (none, none), False, 0.0)
+    line = straight_axis(np.array([0.0, HALF]), np.array([COLUMNS - 1.0, HALF]))
+    sight = Sight(line, LUMA_BGR, 1, 2.0 * reach, 0.0, s[-1], np.nan, False, 9.0, np.nan)
+    return Cut(
+        contrast,
+        contrast,
+        s,
+        HALF,
+        outline,
+        core_level=1.0,
+        mask_level=0.5,
+        noise=0.01,
+        saturated=0.0,
+        dim=(none, none),
+        in_colour=False,
+        sampled=contrast[:, ::8],
+        sight=sight,
+    )
 
 
 def edges(matched: int) -> Edges:

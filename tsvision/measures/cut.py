@@ -46,8 +46,8 @@ class Cut:
     """contrast (R, M): signal minus ground over the core's contrast; light (R, M): the signal
     itself, linear; s_px (M,); half_px: n of the last row; dim: rows (M,) of the upper and lower
     borders of strands in the bundle's own shadow, NaN where none lie beyond the lit ones;
-    in_colour: contrast is one of hue, not of luma; black: the contrast of a strand without light,
-    where that is known."""
+    in_colour: contrast is one of hue, not of luma; sampled (R, K) or (R, K, 3): what was
+    straightened, linear, in every BLACK_STEP-th column; sight: that it was straightened by."""
 
     contrast: np.ndarray
     light: np.ndarray
@@ -60,12 +60,20 @@ class Cut:
     saturated: float
     dim: tuple[np.ndarray, np.ndarray]
     in_colour: bool
-    black: float
+    sampled: np.ndarray
+    sight: Sight
 
     @cached_property
     def gradient(self) -> Gradient:
         """Of the contrast about the outline: asked for by either side, if at all."""
         return gradient_of(self.contrast, slice(*_rows_about(self)))
+
+    @cached_property
+    def black(self) -> float:
+        """The contrast of a strand without light, where that is known: asked for while a
+        recording's looks are learnt."""
+        n = np.arange(-self.half_px, self.half_px + 1)
+        return _black(self.sampled, self.contrast[:, ::BLACK_STEP], n, self.sight)
 
 
 def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) -> Cut | None:
@@ -90,7 +98,6 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     if not np.isfinite(level) or abs(level) < max(1e-4, 1.5 * ground_noise):
         return None
     _scale(contrast, level * falloff_along(core / level, sight.width_px))
-    black = _black(strip.values[:, ::BLACK_STEP], contrast[:, ::BLACK_STEP], n, sight)
     mask = max(mask_level(contrast, inner), sight.shadow_level)
     silhouette = outline(contrast, sight.width_px, strand_px, 0, mask)
     # What is told by its colour, or by being darker, does not vanish where no light falls.
@@ -112,7 +119,8 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         saturated,
         dim,
         told_by_colour(sight.weights, sight.by_distance),
-        black,
+        strip.values[:, ::BLACK_STEP].copy(),
+        sight,
     )
 
 
