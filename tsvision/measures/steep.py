@@ -84,8 +84,8 @@ def match_steep(
 
 def _outwards(gradient: Gradient, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Unit vector (M,), (M,) along and across the axis, down the gradient at each row."""
-    at = np.arange(row.size, dtype=np.float32)[None], row.astype(np.float32)[None]
-    at[1][:] -= np.float32(gradient.first_row)
+    first = np.float32(gradient.first_row)
+    at = np.arange(row.size, dtype=np.float32)[None], row.astype(np.float32)[None] - first
     along, across = (-cv2.remap(part, *at, cv2.INTER_LINEAR)[0] for part in gradient[:2])
     size = np.maximum(np.hypot(along, across), 1e-9)
     return along / size, across / size
