@@ -14,32 +14,47 @@ from tsvision.measures.shading import (
     inside_px,
     make_shading,
     mean_profile,
+    undivided,
 )
 from tsvision.measures.shading_fit import fit_shading
 from tsvision.measures.shading_lamp import fit_lamp
 from tsvision.measures.uncertainty import edge_model_sd_px
 
 FINE = 0.01
+ROUGH = 0.25  # loss at the limb of a rough string of plastic: what the light's model assumes
 
 
 def tube(
-    offsets_px: np.ndarray, rho_px: float, blur_px: float, a: float, b: float, c: float
+    offsets_px: np.ndarray,
+    rho_px: float,
+    blur_px: float,
+    a: float,
+    b: float,
+    c: float,
+    loss: float = 0.0,
 ) -> np.ndarray:
     """Brightness at `offsets_px` inside a tube's edge; light is never negative."""
     t = np.arange(-14.0, 30.0, FINE)
     x = np.clip(1.0 - t / rho_px, -1.0, 1.0)
-    light = a + np.maximum(b * np.sqrt(1.0 - x * x) + c * x, 0.0)
+    facing = np.sqrt(1.0 - x * x)
+    light = (a + np.maximum(b * facing + c * x, 0.0)) * (1.0 - loss * (1.0 - facing) ** 5)
     inside = np.where(np.abs(t) < 0.5 * FINE, 0.5, t > 0.0)
     soft = gaussian_filter1d(inside * light, blur_px / FINE)
     return np.interp(offsets_px, t, soft)
 
 
 def px_tube(
-    offsets_px: np.ndarray, rho_px: float, blur_px: float, a: float, b: float, c: float
+    offsets_px: np.ndarray,
+    rho_px: float,
+    blur_px: float,
+    a: float,
+    b: float,
+    c: float,
+    loss: float = ROUGH,
 ) -> np.ndarray:
     """The same as a mean profile shows it, each value over one px."""
     over = np.linspace(-0.5, 0.5, 41)
-    return np.mean([tube(offsets_px + d, rho_px, blur_px, a, b, c) for d in over], axis=0)
+    return np.mean([tube(offsets_px + d, rho_px, blur_px, a, b, c, loss) for d in over], axis=0)
 
 
 def seen(rho_px: float, profile: np.ndarray, offsets_px: np.ndarray) -> EdgeProfile:
@@ -56,7 +71,8 @@ def test_a_plain_step_is_placed_exactly(rho_px: float, sense: int) -> None:
     """Silhouette lighting: 0.4 px off before, under 0.03 px after. Bright strings without any ramp
     are unlikely light, hence 0.15 there."""
     offsets = offsets_for(rho_px)
-    profile = seen(rho_px, px_tube(offsets + 0.4, rho_px, 1.0, 1.0, 0.0, 0.0), offsets)
+    loss = 0.0 if sense < 0 else ROUGH
+    profile = seen(rho_px, px_tube(offsets + 0.4, rho_px, 1.0, 1.0, 0.0, 0.0, loss), offsets)
     black = 1.03 if sense < 0 else 0.0
     *sides, place = fit_shading((profile, profile), rho_px, black)
     np.testing.assert_allclose(place, -0.4, atol=0.03 if sense < 0 else 0.15)
@@ -86,6 +102,20 @@ def test_the_edge_of_a_lit_tube_lies_outside_its_half_level(
     assert error < 3.0 * edge_model_sd_px((upper, lower))
 
 
+@pytest.mark.parametrize("loss", [0.0, 0.5])
+@pytest.mark.parametrize("rho_px", [5.0, 10.0, 15.0])
+def test_matt_or_shiny_strings_are_off_by_no_more_than_is_said(rho_px: float, loss: float) -> None:
+    """Surfaces that are not the assumed one. Measured: the width 0.07 to 0.13 px off."""
+    offsets = offsets_for(rho_px)
+    upper, lower = (
+        px_tube(offsets, rho_px, 1.0, 0.3, 0.6, sign * 0.35, loss) for sign in (1.0, -1.0)
+    )
+    *sides, place = fit_shading(
+        (seen(rho_px, upper, offsets), seen(rho_px, lower, offsets)), rho_px
+    )
+    assert abs(float(place.sum())) < min(0.2, 2.0 * edge_model_sd_px((sides[0], sides[1])))
+
+
 @pytest.mark.parametrize("angle_deg", [0.0, 30.0])
 @pytest.mark.parametrize("rho_px", [5.0, 12.0])
 def test_what_is_told_by_hue_and_darkness_stands_out_at_a_dark_limb(
@@ -94,13 +124,13 @@ def test_what_is_told_by_hue_and_darkness_stands_out_at_a_dark_limb(
     """Red strings on grey, told by being redder or darker: without light they show 0.65 of the
     core's contrast. The edge (measured: 0.001 px) and what of the contrast is no lamp's (0.04)."""
     offsets, black = offsets_for(rho_px), 0.65
-    turn = np.deg2rad(angle_deg)
+    turn, loss = np.deg2rad(angle_deg), ROUGH * (1.0 - black)
+    b, c = 0.8 * np.cos(turn), 0.8 * np.sin(turn)
     upper, lower = (
         seen(
             rho_px,
-            black * px_tube(offsets, rho_px, 1.0, 1.0, 0.0, 0.0)
-            + (1.0 - black)
-            * px_tube(offsets, rho_px, 1.0, 0.2, 0.8 * np.cos(turn), sign * 0.8 * np.sin(turn)),
+            black * px_tube(offsets, rho_px, 1.0, 1.0, 0.0, 0.0, loss)
+            + (1.0 - black) * px_tube(offsets, rho_px, 1.0, 0.2, b, sign * c, loss),
             offsets,
         )
         for sign in (1.0, -1.0)
@@ -178,14 +208,36 @@ def test_every_column_is_matched_wherever_its_edge_lies(edge: float, outward: in
     lamps = 0.7 * np.isclose(LAMPS_RAD, 0.0)
     shade = make_shading(8.0, 1.0, 0.3, lamps)
     rows = np.arange(41.0)
-    column = 5.0 + 30.0 * tube(outward * (edge - rows), 8.0, 1.0, 0.3, 0.7, 0.0)
+    column = 0.17 + tube(outward * (edge - rows), 8.0, 1.0, 0.3, 0.7, 0.0)
     values = np.repeat(column[:, None], 5, axis=1).astype(np.float32)
     start = edge + np.array([-1.0, -0.5, 0.0, 0.5, np.nan])
     found, depth, residual = match_edges(values, start, outward, shade, np.zeros(5))
     np.testing.assert_allclose(found[:4], edge, atol=0.02)
-    np.testing.assert_allclose(depth[:4], 30.0, rtol=0.02)
-    assert residual[:4].max() < 0.1
+    np.testing.assert_allclose(depth[:4], 1.0, rtol=0.02)
+    assert residual[:4].max() < 0.003
     assert np.isnan(found[4])
+
+
+@pytest.mark.parametrize("ramp", [0.0, 0.4, 0.8, 1.25])
+@pytest.mark.parametrize("height", [0.8, 1.0, 1.25])
+def test_a_dark_limb_is_found_however_much_of_the_lamp_reaches_it(
+    ramp: float, height: float
+) -> None:
+    """Columns with the same limb whose ramp, from the lamp behind it, is weaker or stronger than
+    the template's. Measured: up to 0.16 px; scaled as a whole the template lies up to 0.62 px too
+    far out where the ramp is weak."""
+    lamp = np.isclose(LAMPS_RAD, np.deg2rad(-22.5))
+    shade = make_shading(5.0, 0.9, 0.25, 0.9 * lamp)
+    edge, rows = 20.3, np.arange(41.0)
+    side = tube(edge - rows, 5.0, 0.9, 0.25, 0.0, 0.0)
+    b, c = 0.9 * np.cos(np.deg2rad(-22.5)), 0.9 * np.sin(np.deg2rad(-22.5))
+    lit = tube(edge - rows, 5.0, 0.9, 0.25, b, c) - side
+    values = (height * side + ramp * lit)[:, None].astype(np.float32)
+    found, _, _ = match_edges(values, np.array([edge + 0.3]), 1, shade, np.zeros(1))
+    assert abs(found[0] - edge) < 0.18
+    if ramp == 0.0:
+        as_one, _, _ = match_edges(values, np.array([edge + 0.3]), 1, undivided(shade), np.zeros(1))
+        assert not abs(as_one[0] - edge) < 0.3
 
 
 def test_samples_near_an_edge_are_distances_inside_it_and_scaled_values() -> None:

@@ -87,7 +87,16 @@ def blur_of(profiles: tuple[EdgeProfile, EdgeProfile], shading: tuple[Shading, S
 def with_blur(shading: tuple[Shading, Shading], blur_px: float) -> tuple[Shading, Shading]:
     """The same light under another blur."""
     upper, lower = (
-        make_shading(s.rho_px, blur_px, s.ambient, s.lamps, s.residual, s.place_sd_px, s.beyond_px)
+        make_shading(
+            s.rho_px,
+            blur_px,
+            s.ambient,
+            s.lamps,
+            s.residual,
+            s.place_sd_px,
+            s.beyond_px,
+            s.loss,
+        )
         for s in shading
     )
     return upper, lower

@@ -27,6 +27,7 @@ from tsvision.measures.shading import (
     inside_at,
     inside_px,
     mean_profile,
+    undivided,
 )
 from tsvision.measures.shading_fit import fit_shading
 from tsvision.measures.steep import GRADIENT_REACH_PX, Gradient, gradient_of, match_steep
@@ -278,6 +279,8 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
     """Sub-pixel edges of every column of the bundle, weighted by how well the model matched."""
     found = []
     shades = _rising(shading)
+    if cut.in_colour:  # a hue fades at a limb for other reasons than that no lamp reaches it
+        shades = undivided(shades[0]), undivided(shades[1])
     for rough, dim, outward, shade in zip(lit_edges(cut), cut.dim, (1, -1), shades, strict=True):
         # Under a wide blur the rough edge lies further out than a match finds back from, before a
         # limb without light further in. Not all the way: what lies between two strands is found

@@ -1,4 +1,11 @@
-"""Sub-pixel edges: a learnt edge profile matched to every column of a straightened strip."""
+"""Sub-pixel edges: a learnt edge profile matched to every column of a straightened strip.
+
+The profile is a step at the limb and a ramp behind it, where lamps reach. On a lit limb the step is
+nearly all, and tells its own height. On a dark one ramps differ from column to column, by what the
+strands around leave of the lamp: scaled with its ramp the step is too low where the ramp is weak,
+and the edge is found too far out. So each has its own depth, held near the template's where a
+column does not tell.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +19,9 @@ from tsvision.measures.shading import (
     inside_at,
 )
 
+UNEXPLAINED = 0.03  # of the core's contrast: what a column shows besides the template
+# Before a column is seen: of its step's height, in the template's, and of its ramp's, in that.
+STEP_SD, RAMP_SD = 0.3, 2.0
 LIT = 0.25  # of the core's contrast: where the part begins that sends enough light to be matched
 
 
@@ -21,22 +31,26 @@ def _match(
     start,
     outward,
     cosine,
-    template,
+    step,
+    ramp,
     t0,
     dt,
     outside,
     inside,
     limit,
     iterations,
+    hold_step,
+    hold_ramp,
     edge,
     depth,
     residual,
 ):  # pragma: no cover - compiled
-    """Gauss-Newton on (edge, depth, ground) of every column."""
+    """Gauss-Newton on (edge, depths of step and ramp, ground) of every column."""
     rows, columns = values.shape
-    # Light, template and its slope in the window: what is looked up first is added up faster.
-    lights, shapes, slopes = np.empty(rows), np.empty(rows), np.empty(rows)
-    ahead = template[1:]
+    # What is looked up in a window first is added up faster: light, the template's parts, slopes.
+    lights, steps, ramps = np.empty(rows), np.empty(rows), np.empty(rows)
+    step_slopes, ramp_slopes = np.empty(rows), np.empty(rows)
+    step_ahead, ramp_ahead = step[1:], ramp[1:]
     for m in range(columns):
         edge[m] = np.nan
         depth[m] = np.nan
@@ -45,6 +59,7 @@ def _match(
         if not abs(e) < 1e8:
             continue
         cos = cosine[m]
+        steep = outward * cos / dt
         reach_out = outside / cos
         reach_in = inside / cos
         # rows of the window, fixed while iterating so that the cost stays comparable
@@ -58,58 +73,78 @@ def _match(
             continue
         good = True
         window = slice(r1 - r0 + 1)
-        seen, shape, slope = lights[window], shapes[window], slopes[window]
-        sy = syy = 0.0
+        seen, s, p = lights[window], steps[window], ramps[window]
+        ds, dp = step_slopes[window], ramp_slopes[window]
+        y1 = 0.0
         for r in range(r0, r1 + 1):
             y = float(values[r, m])
             good &= abs(y) < 1e8
             seen[r - r0] = y
-            sy += y
-            syy += y * y
+            y1 += y
         if not good:
             continue
-        a = 1.0
+        count = float(seen.size)
+        a = c = 1.0
         rss = 0.0
-        s1 = float(seen.size)
         for _iteration in range(iterations):
-            st = stt = sd = sdd = sdt = sty = sdy = 0.0
             for k in range(seen.size):
                 x = (outward * (e - (r0 + k)) * cos - t0) / dt
                 i = np.int32(x)
                 w = x - i
-                shape[k] = (1 - w) * template[i] + w * ahead[i]
-                slope[k] = ahead[i] - template[i]
+                s[k] = (1 - w) * step[i] + w * step_ahead[i]
+                p[k] = (1 - w) * ramp[i] + w * ramp_ahead[i]
+                ds[k] = step_ahead[i] - step[i]
+                dp[k] = ramp_ahead[i] - ramp[i]
+            s1 = p1 = ss = sp = pp = sy = py = 0.0
             for k in range(seen.size):
-                f, d, y = shape[k], slope[k], seen[k]
-                st += f
-                stt += f * f
-                sd += d
-                sdd += d * d
-                sdt += d * f
-                sty += f * y
-                sdy += d * y
-            det = s1 * stt - st * st
+                s1 += s[k]
+                p1 += p[k]
+                ss += s[k] * s[k]
+                sp += s[k] * p[k]
+                pp += p[k] * p[k]
+                sy += s[k] * seen[k]
+                py += p[k] * seen[k]
+            # both depths with the ground projected out: the step's held near 1, the ramp's near it
+            ss += hold_step + hold_ramp - s1 * s1 / count
+            pp += hold_ramp - p1 * p1 / count
+            sp -= hold_ramp + s1 * p1 / count
+            sy += hold_step - s1 * y1 / count
+            py -= p1 * y1 / count
+            det = ss * pp - sp * sp
             if det <= 1e-12:
                 good = False
                 break
-            a = (s1 * sty - st * sy) / det
-            g = (sy - a * st) / s1
-            rss = max(syy - a * sty - g * sy, 0.0)
-            # step of the edge with depth and ground projected out
-            steep = a * outward * cos / dt
-            j1, jt = steep * sd, steep * sdt
-            jr = steep * (sdy - g * sd - a * sdt)
-            b0 = (stt * j1 - st * jt) / det
-            b1 = (s1 * jt - st * j1) / det
-            curve = steep * steep * sdd - b0 * j1 - b1 * jt
+            a = (pp * sy - sp * py) / det
+            c = (ss * py - sp * sy) / det
+            if c < 0.0:
+                a, c = sy / ss, 0.0
+            g = (y1 - a * s1 - c * p1) / count
+            d1 = dd = sd = pd = off_d = rss = 0.0
+            for k in range(seen.size):
+                d = steep * (a * ds[k] + c * dp[k])
+                off = seen[k] - g - a * s[k] - c * p[k]
+                d1 += d
+                dd += d * d
+                sd += d * s[k]
+                pd += d * p[k]
+                off_d += d * off
+                rss += off * off
+            # the edge's move, depths and ground projected out; what holds the depths pulls it too
+            sd -= d1 * s1 / count
+            pd -= d1 * p1 / count
+            of_c = hold_ramp * (a - c)
+            of_a = hold_step * (1.0 - a) - of_c
+            curve = dd - d1 * d1 / count
+            if c > 0.0:
+                curve -= (pp * sd * sd - 2.0 * sp * sd * pd + ss * pd * pd) / det
+                off_d += (of_a * (pp * sd - sp * pd) + of_c * (ss * pd - sp * sd)) / det
+            else:
+                curve -= sd * sd / ss
+                off_d += of_a * sd / ss
             if curve <= 1e-12:
                 good = False
                 break
-            move = jr / curve
-            if move > 0.5:
-                move = 0.5
-            elif move < -0.5:
-                move = -0.5
+            move = min(max(off_d / curve, -0.5), 0.5)
             e += move
             if abs(e - start[m]) > limit:
                 good = False
@@ -119,7 +154,7 @@ def _match(
         if good:
             edge[m] = e
             depth[m] = a
-            residual[m] = np.sqrt(rss / (r1 - r0 + 1))
+            residual[m] = np.sqrt(rss / count)
 
 
 def match_edges(
@@ -130,11 +165,11 @@ def match_edges(
     slope: np.ndarray,
     limit_px: float = 1.5,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Match the shading's template to every column.
+    """Match the shading's template to every column: its step and the rest, each with its depth.
 
-    values (R, M) float; start_row (M,) rough edges in rows, NaN to skip; outward +1 when larger
-    rows lie outside; slope (M,) d edge / d s. Returns edge row, depth and residual rms, (M,) each,
-    NaN where the match left `limit_px` or the picture.
+    values (R, M) in units of the core's contrast; start_row (M,) rough edges in rows, NaN to skip;
+    outward +1 when larger rows lie outside; slope (M,) d edge / d s. Returns edge row, the step's
+    depth and residual rms, (M,) each, NaN where the match left `limit_px` or the picture.
     """
     columns = values.shape[1]
     edge, depth, residual = (np.empty(columns) for _ in range(3))
@@ -145,13 +180,16 @@ def match_edges(
         start_row,
         outward,
         cosine,
-        shading.template,
+        shading.step,
+        shading.template - shading.step,
         TEMPLATE_START_PX,
         TEMPLATE_STEP_PX,
         outside,
         inside,
         limit_px,
         8,
+        (UNEXPLAINED / STEP_SD) ** 2,
+        (UNEXPLAINED / RAMP_SD) ** 2,
         edge,
         depth,
         residual,

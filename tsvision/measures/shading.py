@@ -8,7 +8,9 @@ phi from the camera, sin phi = x = 1 - t / rho, and whatever shines there, Lambe
     L(t) = ambient + sum over lamps of w_j max(0, cos(phi - theta_j)),   all w_j >= 0,
     I(t) = ground + black + (1 - black) L(t),
 
-blurred by the camera. `black` is the contrast of a strand without light, known from the ground's
+blurred by the camera. Surfaces send less of what fell on them the more they turn away: what is
+seen is (1 - loss (1 - cos phi)^5) L, loss 0 for a matt surface, 1 for a smooth dielectric (Schlick
+1994). `black` is the contrast of a strand without light, known from the ground's
 colour: strings that are told by being redder or darker than their ground do not vanish at a limb in
 the dark, and those before a bright ground (black > 1) lose contrast where they are lit. Lamps stand
 all around the strand, in fixed directions across it; a lamp's max(0, .) ends at its terminator,
@@ -22,7 +24,7 @@ finds light, ground, blur and the true edges' places from it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -44,6 +46,9 @@ OUTSIDE_PX = 5.0
 # much it may change a px, in units of the core's contrast; before a limb with little light of its
 # own such a slope is easily taken for the limb.
 RAMP_SD = 0.002
+# Between a matt surface and a dielectric: strings are rough, and of plastic. Told by pictures only
+# where a strand's radius is many times the blur.
+LIMB_LOSS = 0.25
 RAMPS = 2  # unknowns that they are, for either sign: a light fit by nnls has no negative ones
 
 
@@ -63,7 +68,9 @@ class Shading:
     blur_px: sd of the blur; rho_px: strand radius; ambient and lamps (13,) in units of the core's
     contrast; place_sd_px: how well the edge's place was told (both sides' in quadrature give that
     of the width); beyond_px: how much farther out the true edge lies than where the template is
-    found; template: the profile on the module's grid.
+    found; loss: of light at the limb; template: the profile on the module's grid; step: the share
+    of it that begins at the limb itself, at full height: what else there is begins further in,
+    where lamps reach, or fades.
     """
 
     blur_px: float
@@ -73,7 +80,9 @@ class Shading:
     residual: float = 0.0
     place_sd_px: float = 0.0
     beyond_px: float = 0.0
+    loss: float = 0.0
     template: np.ndarray = field(default_factory=lambda: np.empty(0))
+    step: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
 def inside_px(rho_px: float) -> float:
@@ -81,23 +90,32 @@ def inside_px(rho_px: float) -> float:
     return max(0.85 * rho_px, 2.5)
 
 
-def light_shapes(rho_px: float, blur_px: float, lamps_rad: np.ndarray) -> np.ndarray:
+def limb_loss(black: float) -> float:
+    """Of light at the limb, for strands that show the contrast `black` without any: what is seen
+    of those before a bright ground is their outline, not their light."""
+    return LIMB_LOSS * max(0.0, 1.0 - black)
+
+
+def light_shapes(
+    rho_px: float, blur_px: float, lamps_rad: np.ndarray, loss: float = 0.0
+) -> np.ndarray:
     """Blurred profiles of ambient light and of lamps (K,), (1 + K, T) on the template's grid."""
     # The sample on the edge itself counts half, else every edge lies half a step off.
     inside = np.clip(0.5 + TEMPLATE_GRID_PX / TEMPLATE_STEP_PX, 0.0, 1.0)
     x = np.clip(1.0 - TEMPLATE_GRID_PX / rho_px, -1.0, 1.0)
     facing = np.sqrt(1.0 - x * x)
     lit = np.cos(lamps_rad)[:, None] * facing + np.sin(lamps_rad)[:, None] * x
-    shapes = inside * np.vstack([np.ones_like(x), np.maximum(lit, 0.0)])
+    sent = inside * (1.0 - loss * (1.0 - facing) ** 5)
+    shapes = sent * np.vstack([np.ones_like(x), np.maximum(lit, 0.0)])
     sd = max(blur_px, 0.2) / TEMPLATE_STEP_PX
     return np.asarray(gaussian_filter1d(shapes, sd, axis=1, mode="nearest", truncate=3.5))
 
 
 @lru_cache(maxsize=8)
-def lamp_shapes(rho_px: float, blur_px: float) -> np.ndarray:
+def lamp_shapes(rho_px: float, blur_px: float, loss: float = 0.0) -> np.ndarray:
     """`light_shapes` of LAMPS_RAD, to be read only: three in four steps of a fit move the edges
     under the same blur."""
-    shapes = light_shapes(rho_px, blur_px, LAMPS_RAD)
+    shapes = light_shapes(rho_px, blur_px, LAMPS_RAD, loss)
     shapes.flags.writeable = False
     return shapes
 
@@ -110,10 +128,25 @@ def make_shading(
     residual: float = 0.0,
     place_sd_px: float = 0.0,
     beyond_px: float = 0.0,
+    loss: float = 0.0,
 ) -> Shading:
     """Shading with its template; `lamps` (13,) carry their sign (< 0: they reduce the contrast)."""
-    template = np.concatenate([[ambient], lamps]) @ lamp_shapes(rho_px, blur_px)
-    return Shading(blur_px, rho_px, ambient, lamps, residual, place_sd_px, beyond_px, template)
+    shapes = lamp_shapes(rho_px, blur_px, loss)
+    template = np.concatenate([[ambient], lamps]) @ shapes
+    step = limb_level(ambient, lamps) * shapes[0]
+    return Shading(
+        blur_px, rho_px, ambient, lamps, residual, place_sd_px, beyond_px, loss, template, step
+    )
+
+
+def limb_level(ambient: float, lamps: np.ndarray) -> float:
+    """The signal at the limb itself, where only what shines from its own side falls."""
+    return ambient + float(lamps @ np.maximum(np.sin(LAMPS_RAD), 0.0))
+
+
+def undivided(shading: Shading) -> Shading:
+    """The shading with all of its template for a step, to be scaled by one factor."""
+    return replace(shading, step=shading.template)
 
 
 def plain_shading(rho_px: float, blur_px: float = 1.0) -> Shading:

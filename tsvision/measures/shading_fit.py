@@ -24,6 +24,7 @@ from tsvision.measures.shading import (
     Shading,
     averaged_blur_px,
     lamp_shapes,
+    limb_loss,
     make_shading,
     ramp_prior,
     ramps_outside,
@@ -99,7 +100,15 @@ def fit_shading(
         ambient, lamps = black + gain * float(own[0]), gain * own[1 : 1 + LAMPS_RAD.size]
         residual = system.rms(q, i)
         sides.append(
-            make_shading(rho_px, float(q[0]), ambient, lamps, residual, width_sd / np.sqrt(2.0))
+            make_shading(
+                rho_px,
+                float(q[0]),
+                ambient,
+                lamps,
+                residual,
+                width_sd / np.sqrt(2.0),
+                loss=system.loss,
+            )
         )
     return sides[0], sides[1], q[1:]
 
@@ -118,6 +127,7 @@ class _System:
         black: float,
     ) -> None:
         self.profiles, self.rho_px, self.black = profiles, rho_px, black
+        self.loss = limb_loss(black)
         self.sd = []
         for p in profiles:
             deep = np.maximum(p.t_px - 1.0, 0.0) / rho_px
@@ -162,7 +172,7 @@ class _System:
 
     def solve(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Light (2 * unknowns,) and all residuals in their sd, for q = (blur, both places)."""
-        shapes = lamp_shapes(self.rho_px, averaged_blur_px(float(q[0])))
+        shapes = lamp_shapes(self.rho_px, averaged_blur_px(float(q[0])), self.loss)
         blocks, target, gain = [], self.target.copy(), 1.0 - self.black
         for i, (p, sd) in enumerate(zip(self.profiles, self.sd, strict=True)):
             one = np.ones_like(p.t_px)

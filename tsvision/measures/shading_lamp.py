@@ -28,6 +28,7 @@ from tsvision.measures.shading import (
     EdgeProfile,
     averaged_blur_px,
     light_shapes,
+    limb_loss,
     ramp_prior,
     ramps_outside,
 )
@@ -112,7 +113,8 @@ def _residuals(
     for side, (p, s) in enumerate(zip(profiles, sd, strict=True)):
         theta = q[3] if side == 0 else -q[3]
         t_px = p.t_px - q[1 + side]
-        shapes = light_shapes(rho_px, averaged_blur_px(float(q[0])), np.array([theta]))
+        blur_px = averaged_blur_px(float(q[0]))
+        shapes = light_shapes(rho_px, blur_px, np.array([theta]), limb_loss(black))
         around, lit = (np.interp(t_px, TEMPLATE_GRID_PX, shape) for shape in shapes)
         rows = slice(first, first + t_px.size)
         target[rows] -= black * around / s
