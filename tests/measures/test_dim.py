@@ -49,6 +49,15 @@ def test_strands_as_dark_as_the_noise_are_not() -> None:
     assert np.isnan(upper).all() and np.isnan(lower).all()
 
 
+def test_a_strip_that_ends_beside_the_strings_shows_no_dim_ones() -> None:
+    """With no ground in view that tells how steeply ground falls, nothing is told from it."""
+    limit = np.full(COLUMNS, HALF - 0.5 * WIDTH)
+    all_columns = np.ones(COLUMNS, bool)
+    wide = Silhouette(-limit, limit, all_columns, np.nan, ~all_columns)
+    upper, lower = dim_edges(strip(dim_strands(0.15)), wide, WIDTH, STRAND)
+    assert np.isnan(upper).all() and np.isnan(lower).all()
+
+
 def test_a_shadow_on_the_ground_is_soft_and_no_strand() -> None:
     edge = np.clip((N - LIT - 5.0) / 16.0, 0.0, 1.0)
     upper, lower = found(np.repeat(-0.12 * edge[:, None], COLUMNS, axis=1))

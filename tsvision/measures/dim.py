@@ -84,6 +84,8 @@ def _beyond(
     near = int(np.fmin.reduce(rows) - first + REACH_D * width_px)
     far = int(np.fmax.reduce(rows) - first + 2.0 * REACH_D * width_px) + 1
     fall = _falls(contrast[near : far + FALL_PX])
+    if not fall.size:  # the strip ends before the ground that would tell
+        return np.full(border.size, np.nan)
     slow = _averaged(fall, max(round(2.0 * width_px / SOME), 3))
     beside = near - border[::SOME]
     off, steeps = _beside(fall, slow, beside, REACH_D * width_px, 2.0 * REACH_D * width_px)
