@@ -84,7 +84,7 @@ def _match(
         if not good:
             continue
         count = float(seen.size)
-        a = c = 1.0
+        a = c = scale = 1.0
         rss = 0.0
         for _iteration in range(iterations):
             for k in range(seen.size):
@@ -104,12 +104,22 @@ def _match(
                 pp += p[k] * p[k]
                 sy += s[k] * seen[k]
                 py += p[k] * seen[k]
-            # both depths with the ground projected out: the step's held near 1, the ramp's near it
-            ss += hold_step + hold_ramp - s1 * s1 / count
-            pp += hold_ramp - p1 * p1 / count
-            sp -= hold_ramp + s1 * p1 / count
-            sy += hold_step - s1 * y1 / count
+            # the ground projected out
+            ss -= s1 * s1 / count
+            pp -= p1 * p1 / count
+            sp -= s1 * p1 / count
+            sy -= s1 * y1 / count
             py -= p1 * y1 / count
+            whole = ss + 2.0 * sp + pp
+            if whole <= 1e-12:
+                good = False
+                break
+            scale = (sy + py) / whole
+            # the step's depth held near 1, the ramp's near it
+            ss += hold_step + hold_ramp
+            pp += hold_ramp
+            sp -= hold_ramp
+            sy += hold_step
             det = ss * pp - sp * sp
             if det <= 1e-12:
                 good = False
@@ -153,7 +163,7 @@ def _match(
                 break
         if good:
             edge[m] = e
-            depth[m] = a
+            depth[m] = scale
             residual[m] = np.sqrt(rss / count)
 
 
@@ -168,8 +178,9 @@ def match_edges(
     """Match the shading's template to every column: its step and the rest, each with its depth.
 
     values (R, M) in units of the core's contrast; start_row (M,) rough edges in rows, NaN to skip;
-    outward +1 when larger rows lie outside; slope (M,) d edge / d s. Returns edge row, the step's
-    depth and residual rms, (M,) each, NaN where the match left `limit_px` or the picture.
+    outward +1 when larger rows lie outside; slope (M,) d edge / d s. Returns edge row, depth of the
+    template as a whole, which nothing holds, and residual rms, (M,) each, NaN where the match left
+    `limit_px` or the picture.
     """
     columns = values.shape[1]
     edge, depth, residual = (np.empty(columns) for _ in range(3))
