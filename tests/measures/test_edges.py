@@ -218,6 +218,18 @@ def test_every_column_is_matched_wherever_its_edge_lies(edge: float, outward: in
     assert np.isnan(found[4])
 
 
+@pytest.mark.parametrize("height", [0.15, 0.3, 1.0])
+def test_a_fibre_is_told_by_how_little_it_stands_out(height: float) -> None:
+    """The step's depth is held near the template's; what is told of a column is not: less than
+    twice the height."""
+    shade = make_shading(5.0, 0.9, 0.25, 0.9 * np.isclose(LAMPS_RAD, np.deg2rad(-22.5)))
+    rows = np.arange(41.0)
+    b, c = 0.9 * np.cos(np.deg2rad(-22.5)), 0.9 * np.sin(np.deg2rad(-22.5))
+    values = height * tube(20.3 - rows, 5.0, 0.9, 0.25, b, c)[:, None].astype(np.float32)
+    _, depth, _ = match_edges(values, np.array([20.6]), 1, shade, np.zeros(1))
+    assert height - 0.02 < depth[0] < height + 0.16 * (height < 1.0) + 0.02
+
+
 @pytest.mark.parametrize("ramp", [0.0, 0.4, 0.8, 1.25])
 @pytest.mark.parametrize("height", [0.8, 1.0, 1.25])
 def test_a_dark_limb_is_found_however_much_of_the_lamp_reaches_it(

@@ -104,6 +104,16 @@ def test_a_fibre_is_no_envelope_whether_the_other_edge_is_seen_or_not(width: int
     np.testing.assert_allclose(envelope_px(upper, lower, known, 48.0, 20.0), clean, atol=0.5)
 
 
+@pytest.mark.parametrize("size_px", [1.4, 2.2, 2.8, 4.0])
+def test_two_fibres_half_a_coil_apart_are_no_knot(size_px: float) -> None:
+    """On opposite sides, closed into one stretch of E: they may add less than a knot's 15 %."""
+    known = np.ones(600, bool)
+    upper, lower = coiled(600, 20.0, 3.0, 44.0)
+    upper[306:310] += size_px
+    lower[284:288] -= size_px
+    assert envelope_px(upper, lower, known, 48.0, 20.0)[50:-50].max() < 1.15 * 26.0
+
+
 def test_a_tighter_coil_of_a_knot_is_not_taken_for_fibres() -> None:
     """Lobes of 6 px that reach out on both sides over 2 D: short each, but not one alone."""
     known = np.ones(600, bool)
