@@ -39,6 +39,9 @@ FOUND_BACK_PX = 1.5  # from how far off a match comes to the edge, ...
 SEARCHED_PX = 2.5  # ... and how far it may go
 SLOPE_SD_PX = 1.5  # over which the slope of a rough edge is told
 BLACK_STEP = 8  # columns apart that are asked what strands without light would show
+# Of the typical depth: what matches with less is a fibre. Told of fainter ones is up to 0.15 more
+# than there is, for their step is held near the template's.
+LEAST_DEPTH, MOST_DEPTH = 0.45, 3.0
 MAYBE_STEEP = 0.7  # slope of rough edges from which the outline's own direction is looked at
 
 
@@ -338,7 +341,7 @@ def _quality(depth, residual, typical):  # pragma: no cover - compiled
     one of another depth than most."""
     out = np.zeros(depth.size)
     for m in range(depth.size):
-        if 0.3 * typical < depth[m] < 3.0 * typical:
+        if LEAST_DEPTH * typical < depth[m] < MOST_DEPTH * typical:
             quality = 1.0 / (1.0 + (residual[m] / (0.12 * depth[m])) ** 2)
             out[m] = 0.0 if np.isnan(quality) else quality
     return out
