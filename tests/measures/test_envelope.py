@@ -7,7 +7,7 @@ import pytest
 
 from tsvision.measures.envelope import baseline_px, envelope_px, middle_swing, unevenness_of
 from tsvision.measures.helix import Edges
-from tsvision.measures.knots import find_knots
+from tsvision.measures.knots import Outline, find_knots, knots_along
 from tsvision.measures.windows import even_stretches
 
 S = np.arange(0.0, 20.0, 0.01)
@@ -50,6 +50,36 @@ def test_two_knots_apart_stay_two_and_a_dip_within_one_does_not_part_it() -> Non
     assert len(knots(apart)) == 2
     dip = np.where(np.abs(S - 8.0) < 0.15, 0.55, bump(0.55, 0.9, 8.0, 0.8))
     assert len(knots(dip)) == 1
+
+
+def outline(upper_reach: float, lower_reach: float, lower_seen: bool = True) -> Outline:
+    """A bundle of D = 20 px that coils over three D, as far as told to either side of the axis."""
+    s_px, turn = np.arange(600.0), 2.0 * np.pi / 30.0
+    inside = np.abs(s_px - 300.0) < 30.0
+    swing = np.sin(turn * s_px)
+    middle = np.where(inside, np.where(swing > 0.0, upper_reach, lower_reach) * swing, 0.0)
+    upper, lower = middle + 10.0, np.where(inside & (not lower_seen), 0.0, middle - 10.0)
+    one = np.ones(600)
+    edges = Edges(s_px, upper, lower, one, one)
+    return Outline(edges, upper, lower, one > 0.0, 20.0, 0.2, 30.0, True)
+
+
+@pytest.mark.parametrize(
+    ("reaches", "lower_seen", "is_knot"),
+    [
+        ((12.0, 12.0), True, True),
+        ((16.0, 8.0), True, True),  # the axis lies a little off the knot's own
+        ((30.0, 0.0), True, False),  # an edge that jumps to a shadow
+        ((0.0, 30.0), True, False),
+        ((30.0, 0.0), False, True),  # the other side may reach as far, unseen
+    ],
+)
+def test_a_knot_reaches_out_on_both_sides(reaches, lower_seen: bool, is_knot: bool) -> None:
+    place = np.stack([np.arange(600.0), np.zeros(600)], axis=1)
+    knots, lobes = knots_along(outline(*reaches, lower_seen), 20.0, place)
+    assert len(knots) == is_knot
+    assert bool(lobes) == (not is_knot)
+    assert all(lobe.confidence < 0.5 for lobe in lobes)
 
 
 def test_units_do_not_matter() -> None:
