@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 
+from tsvision.measures.cut import _quality
 from tsvision.measures.edges import match_edges
 from tsvision.measures.shading import (
     LAMPS_RAD,
@@ -228,6 +229,12 @@ def test_a_fibre_is_told_by_how_little_it_stands_out(height: float) -> None:
     values = height * tube(20.3 - rows, 5.0, 0.9, 0.25, b, c)[:, None].astype(np.float32)
     _, depth, _ = match_edges(values, np.array([20.6]), 1, shade, np.zeros(1))
     assert height - 0.02 < depth[0] < height + 0.16 * (height < 1.0) + 0.02
+
+
+def test_columns_that_the_lamp_hardly_reaches_count_and_fibres_do_not() -> None:
+    """Rejected below 0.45 of the typical depth, side-lit coils had false knots by the dozen."""
+    weight = _quality(np.array([1.0, 0.4, 0.2]), np.zeros(3), 1.0)
+    np.testing.assert_array_equal(weight, [1.0, 1.0, 0.0])
 
 
 @pytest.mark.parametrize("ramp", [0.0, 0.4, 0.8, 1.25])

@@ -40,8 +40,9 @@ SEARCHED_PX = 2.5  # ... and how far it may go
 SLOPE_SD_PX = 1.5  # over which the slope of a rough edge is told
 BLACK_STEP = 8  # columns apart that are asked what strands without light would show
 # Of the typical depth: what matches with less is a fibre. Told of fainter ones is up to 0.15 more
-# than there is, for their step is held near the template's.
-LEAST_DEPTH, MOST_DEPTH = 0.45, 3.0
+# than there is, for their step is held near the template's; but columns of a dark limb that hardly
+# anything of the lamp reaches show no more than 0.4, and without them coils look full of knots.
+LEAST_DEPTH, MOST_DEPTH = 0.33, 3.0
 MAYBE_STEEP = 0.7  # slope of rough edges from which the outline's own direction is looked at
 
 
