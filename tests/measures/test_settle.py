@@ -38,12 +38,17 @@ def test_light_is_learnt_from_stretches_one_behind_the_other(columns: int, stret
 
 
 def test_of_rounds_that_go_to_and_fro_the_least_contradicted_is_taken_and_less_sure() -> None:
-    shade = replace(plain_shading(5.0), place_sd_px=0.3)
-    rounds = [
-        EdgeLook((shade, shade), diameter, places_px=(-moved, 0.0), strain=strain)
-        for diameter, moved, strain in ((21.0, 1.2, 3.0), (20.0, 0.4, 0.2), (23.0, 0.05, 1.0))
-    ]
+    """What a look makes of the edges is seen in the round after it, not in its own."""
+    rounds = []
+    for blur, diameter, moved, strain in (
+        (1.0, 21.0, 1.2, 3.0),
+        (1.1, 20.0, 0.4, 0.2),
+        (1.2, 23.0, 0.05, 1.0),
+    ):
+        shade = replace(plain_shading(5.0, blur), place_sd_px=0.3)
+        rounds.append(EdgeLook((shade, shade), diameter, places_px=(-moved, 0.0), strain=strain))
     taken = _unstrained(rounds)
+    assert taken.shading[0].blur_px == 1.0
     assert taken.diameter_px == 20.0
     assert taken.shading[0].place_sd_px == pytest.approx(0.5)
 

@@ -10,6 +10,7 @@ it is not. The places found by the sharper profile say how far the edges were of
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -68,14 +69,26 @@ def settle(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
         looks.append(_again(cuts, section, looks[-1]))
         if turn >= ROUNDS[0] and looks[-1].moved_px < SETTLED_PX:
             return looks[-1]
-    return _shifted(cuts, section, _unstrained(looks[ROUNDS[0] :]))
+    return _shifted(cuts, section, _unstrained(looks[1:]))
 
 
 def _unstrained(looks: list[EdgeLook]) -> EdgeLook:
-    """Of rounds that go to and fro the one that light and outline's shape contradict least, less
-    sure by as much as it had still to move the edges."""
-    best = min(looks, key=lambda look: look.strain)
-    return _less_sure(best, best.moved_px)
+    """Of rounds that go to and fro the look whose bundles light and outline's shape contradict
+    least, less sure by as much as its edges were still to be moved. What a look makes of the edges
+    is said by the round after it: along a dark limb the next template may well find others."""
+    look, under = min(pairwise(looks), key=lambda pair: pair[1].strain)
+    upper, lower = (
+        replace(s, place_sd_px=now.place_sd_px)
+        for s, now in zip(look.shading, under.shading, strict=True)
+    )
+    found = replace(
+        look,
+        shading=(upper, lower),
+        diameter_px=under.diameter_px,
+        places_px=under.places_px,
+        strain=under.strain,
+    )
+    return _less_sure(found, under.moved_px)
 
 
 def _less_sure(look: EdgeLook, by_px: float) -> EdgeLook:
