@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tsvision.images.candidates import Trial, could_cast, settle
+from tsvision.images.candidates import Trial, could_cast, settle, swallows
 from tsvision.images.contrast import many_coloured
 from tsvision.images.curve import find_curve
 from tsvision.images.motion import motion_picture, moving_share
@@ -117,6 +117,21 @@ def test_what_is_darker_beside_strings_that_are_not_may_be_their_shadow() -> Non
     across = straight_axis(np.array([200.0, 0.0]), np.array([200.0, 199.0]))
     far = straight_axis(np.array([0.0, 10.0]), np.array([399.0, 10.0]))
     assert not any(could_cast(dark, replace(strings, axis=axis)) for axis in (across, far))
+
+
+def test_strings_and_their_shadow_in_one_are_told_from_strings() -> None:
+    """A run 58 px wide that holds one of 22 (seen: yellow and blue strings close to a grey ground)
+    gives way to it; not to one that lies across or beside, nor to one nearly as wide."""
+
+    def line(start: float, stop: float, width: float) -> Trial:
+        axis = straight_axis(np.array([0.0, start]), np.array([399.0, stop]))
+        return Trial(axis, width, 100.0, darker=False)
+
+    strings, both = line(70.0, 60.0, 22.0), line(85.0, 78.0, 58.0)
+    assert swallows(both, strings) and not swallows(strings, both)
+    assert not swallows(both, replace(strings, width_px=40.0))
+    assert not swallows(both, line(20.0, 120.0, 22.0))
+    assert not swallows(both, line(20.0, 20.0, 22.0))
 
 
 def test_two_colours_with_a_shadow() -> None:

@@ -14,6 +14,7 @@ from tsvision.images.strip import Axis, cut_strip, straight_axis
 
 PARALLEL = 0.1  # sine of the angle between strings and their shadow on a ground beneath
 CAST_D, CAST_SHARE = 4.0, 0.4  # widths beside them; what speaks for them over what for the shadow
+SWALLOWED, SWALLOWED_SHARE = 1.8, 0.6  # widths of strings with their shadow; what speaks for them
 APART = 1.5  # spreads between strings and ground from which nothing speaks against a line
 SWINGS = 0.06  # share of a bundle's outline that changes between frames, at least
 
@@ -66,6 +67,18 @@ def could_cast(trial: Trial, other: Trial) -> bool:
     there = other.axis.tangent(np.array([0.0]))[0]
     turned = abs(float(along[0] * there[1] - along[1] * there[0]))
     return turned < PARALLEL and 0.8 * trial.width_px < aside < CAST_D * trial.width_px
+
+
+def swallows(trial: Trial, other: Trial) -> bool:
+    """Whether it is the other, much narrower, together with something beside it: strings and their
+    shadow on a ground close behind make one run, twice as wide."""
+    if trial.width_px < SWALLOWED * other.width_px:
+        return False
+    start = trial.axis.at(np.array([0.0]))[0]
+    along = trial.axis.tangent(np.array([0.5 * trial.axis.length_px]))[0]
+    ends = other.axis.at(np.array([0.0, other.axis.length_px])) - start
+    aside = np.abs(along[0] * ends[:, 1] - along[1] * ends[:, 0])
+    return bool((aside < 0.5 * trial.width_px).all())
 
 
 def _liveliness(masks: list[np.ndarray], half: int, width: float) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 from tsvision.images.axis import find_ridges
 from tsvision.images.candidates import (
     CAST_SHARE,
+    SWALLOWED_SHARE,
     Trial,
     bisectors,
     could_cast,
@@ -22,6 +23,7 @@ from tsvision.images.candidates import (
     moving_ridges,
     plausible,
     settle,
+    swallows,
 )
 from tsvision.images.contrast import core_of, find_signal
 from tsvision.images.linear import to_linear
@@ -120,8 +122,13 @@ def find_sight(
     alone = [merit(t) for t in trials]
     merits = []
     for trial, own in zip(trials, alone, strict=True):
-        rivals = [m for t, m in zip(trials, alone, strict=True) if could_cast(trial, t)]
-        merits.append(0.0 if max(rivals, default=0.0) > CAST_SHARE * own else own)
+        rivals = []
+        for other, merit_of in zip(trials, alone, strict=True):
+            if could_cast(trial, other):
+                rivals.append(merit_of / CAST_SHARE)
+            if swallows(trial, other):
+                rivals.append(merit_of / SWALLOWED_SHARE)
+        merits.append(0.0 if max(rivals, default=0.0) > own else own)
     best = trials[int(np.argmax(merits))]
     linears = [to_linear(p, gamma) for p in pictures]
     found = settle(linears, _scaled(best.axis, 1.0 / factor), best.width_px / factor, turns=1)
