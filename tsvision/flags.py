@@ -33,6 +33,7 @@ class Flag(IntFlag):
     CAMERA_MOVED = auto()
     KNOT_UNSURE = auto()
     COIL_UNSURE = auto()
+    LIMB_UNSEEN = auto()
     CLIPPED = auto()
     OVEREXPOSED = auto()
     TURNS_DISAGREE = auto()
@@ -61,6 +62,7 @@ MEANING: dict[str, str] = {
     "CAMERA_MOVED": "the camera or rig moved against the frame before",
     "KNOT_UNSURE": "an interval stands out but does not surely meet the knot criterion",
     "COIL_UNSURE": "neither outline nor light is sure of the coil's strands; sds are larger for it",
+    "LIMB_UNSEEN": "one side of the strands is dark: D rests on the outline's shape; light it too",
     "CLIPPED": "the strings leave the picture sideways: what is seen of them is cut off there",
     "OVEREXPOSED": "part of the bundle is saturated",
     "TURNS_DISAGREE": "far more or fewer turns seen than the motor made: pitch or turns are wrong",

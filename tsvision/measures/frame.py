@@ -24,7 +24,7 @@ from tsvision.measures.legs import apex_from_legs
 from tsvision.measures.looks import Looks
 from tsvision.measures.outline import add_outline
 from tsvision.measures.silhouette import KC, K
-from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px
+from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, limb_unseen, pitch_sd_px
 from tsvision.measures.unmatched import with_outline
 from tsvision.measures.weigh import unsure
 from tsvision.measures.width import width_between_knots, width_sd_px
@@ -183,11 +183,13 @@ def _bundle_values(
     fit = near.fit
     (d, pitch, tan_beta), _ = fit.derived
     d_sd = diameter_sd_px(fit, looks.shading)
-    p_sd = pitch_sd_px(fit)
+    p_sd = pitch_sd_px(fit, looks.shading[0].blur_px)
     beta = float(np.arctan(tan_beta))
     section = looks.section
     if unsure(fit):
         flags |= Flag.COIL_UNSURE
+    if limb_unseen(looks.shading):
+        flags |= Flag.LIMB_UNSEEN
     outer = section.radius_d.max() / (0.5 * section.diameter_d)
     lay = float(np.arctan(tan_beta * outer))
     relative_scale = looks.scale.mm_per_px_sd / scale if scale == scale else NAN

@@ -33,6 +33,14 @@ def pair_core(count: int) -> Section:
     return Section("pair_core", radius, angle)
 
 
+def has_room(count: int) -> bool:
+    """Whether a bundle of one strand more is no wider: N = 6 and 7 leave sites of eight empty."""
+    if not 3 < count < len(_PAIR_SITES):
+        return False
+    radius = np.hypot(*_PAIR_SITES.T)
+    return bool(radius[count] <= radius[:count].max() + 1e-9)
+
+
 def ring(count: int) -> Section:
     """N strands in one ring, each touching its neighbours."""
     if count == 1:

@@ -11,7 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from tsvision.measures.helix import HelixFit
-from tsvision.measures.shading import Shading
+from tsvision.measures.section import has_room
+from tsvision.measures.shading import Shading, limb_level
 from tsvision.measures.weigh import unsure
 
 # A mean edge's fit knows its noise and its light's prior, not what both leave out (occlusion,
@@ -22,18 +23,27 @@ EDGE_MODEL_FACTOR = 1.6
 BLUR_SHARE = 0.15
 CORRELATION_SHARE = 0.5  # residuals stay alike over about half a strand diameter
 # In a bend the strands of its inner side crowd, and the section that was fitted opens: more than
-# two strands come out thin and short of pitch by such shares (own renderer, whose strands touch).
-BENT_DIAMETER, BENT_PITCH = 0.025, 0.02
+# two strands come out thin and short of pitch by such shares (own renderer, whose strands touch;
+# rigid sections do not open). Where another strand would find room there is more to open.
+BENT_DIAMETER, BENT_PITCH = 0.03, 0.02
+ROOMY_DIAMETER = 0.045
 # A coil of whose strands neither the outline nor the light inside is sure may be another one. Two
 # in three of such lie within these shares (own renderer), one in twenty beyond three times that.
 UNSURE_DIAMETER, UNSURE_PITCH = 0.04, 0.06
+# A limb that no light reaches is not seen. With the lamp far to the other side D rests on what the
+# lit limb shows of the outline's shape, right to such a share (own renderer, lamp at 70 degrees).
+UNSEEN_DIAMETER = 0.06
+UNSEEN_LIMB, LAMP_BESIDE = 0.05, 1.1  # of the core's contrast: less at that limb, more at the lit
+# A coil's strands are told from its own shape by what is small beside D. Beyond a blur of so much
+# of D that is gone, and pitches that differ by a multiple of the excess look alike (own renderer).
+BLURRED_D, BLURRED_PITCH = 0.04, 1.5
 
 
 def _coil_sds(fit: HelixFit) -> tuple[float, float]:
     """Shares of D and of the pitch by which a coil leads them astray."""
     d = pitch = 0.0
     if fit.coiled and fit.section.count > 2:
-        d, pitch = BENT_DIAMETER, BENT_PITCH
+        d, pitch = ROOMY_DIAMETER if has_room(fit.section.count) else BENT_DIAMETER, BENT_PITCH
     if unsure(fit):
         d, pitch = float(np.hypot(d, UNSURE_DIAMETER)), float(np.hypot(pitch, UNSURE_PITCH))
     return d, pitch
@@ -55,18 +65,26 @@ def edge_model_sd_px(shading: tuple[Shading, Shading]) -> float:
     return float(np.hypot(hidden, light_sd_px(shading)))
 
 
+def limb_unseen(shading: tuple[Shading, Shading]) -> bool:
+    """Whether one limb sends no light and the other more than the strands' middle."""
+    dark, bright = sorted(limb_level(s.ambient, s.lamps) for s in shading)
+    return dark < UNSEEN_LIMB and bright > LAMP_BESIDE
+
+
 def diameter_sd_px(fit: HelixFit, shading: tuple[Shading, Shading]) -> float:
     """Standard uncertainty of D in px."""
     own = float(np.hypot(fit.diameter_px_sd * np.sqrt(_widening(fit)), edge_model_sd_px(shading)))
-    return float(np.hypot(own, _coil_sds(fit)[0] * fit.diameter_px))
+    share = np.hypot(_coil_sds(fit)[0], UNSEEN_DIAMETER * limb_unseen(shading))
+    return float(np.hypot(own, share * fit.diameter_px))
 
 
-def pitch_sd_px(fit: HelixFit) -> float:
-    """Standard uncertainty of the pitch in px."""
+def pitch_sd_px(fit: HelixFit, blur_px: float) -> float:
+    """Standard uncertainty of the pitch in px, in a picture so blurred."""
     _, covariance = fit.derived
     own = float(np.sqrt(max(covariance[1, 1], 0.0) * _widening(fit)))
     model = max(_coil_sds(fit)[1], 0.001)
-    return float(np.hypot(own, model * fit.pitch_px))
+    excess = max(blur_px / fit.diameter_px - BLURRED_D, 0.0) if fit.coiled else 0.0
+    return float(np.hypot(own, np.hypot(model, BLURRED_PITCH * excess) * fit.pitch_px))
 
 
 def angle_sd(diameter: float, diameter_sd: float, pitch: float, pitch_sd: float) -> float:

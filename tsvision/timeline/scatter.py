@@ -1,0 +1,90 @@
+"""What neighbouring frames differ by enters their uncertainty.
+
+A frame's own uncertainty knows the noise of its edges, its light and its scale. It cannot know that
+its fit fell into another hollow than its neighbours' did: of a coil seen dimly or blurred many
+pitches explain the outline about equally well. D and the strands' rate 2 pi / p change steadily
+with the turns, so that how far a frame lies from the line through its neighbours shows what its
+own account left out. Squares add up, as always (GUM 5.1.2, a component of type A).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from tsvision.timeline.order import Order, numbers
+
+BESIDE = 4  # frames before, and as many after, through which the line is laid
+FEWEST = 4  # of them; where there are fewer nothing is said
+AROUND = 6  # frames to either side whose distances from their lines tell the scatter
+OWN = 0.5  # of a frame's own distance: the scatter is at least that
+OF_NORMAL = 1.4826  # sd of a normal distribution in its median absolute deviations
+
+
+def with_scatter(frames: pd.DataFrame, order: Order) -> pd.DataFrame:
+    """`frames` (FrameRow's columns) with the `_sd` of diameters, pitch and angles widened by their
+    scatter about their neighbours, coils and straight bundles apart. Frames without a value, and
+    recordings of few frames, stay as they are."""
+    d, p = numbers(frames, "diameter_px"), numbers(frames, "pitch_px")
+    coiled = np.isfinite(numbers(frames, "coil_pitch_mm"))
+    d_share, p_share = np.zeros(len(frames)), np.zeros(len(frames))
+    for kind in (coiled, ~coiled):
+        fitted = kind & np.isfinite(p) & np.isfinite(d)
+        rows = order.rows[fitted[order.rows]]
+        at = _abscissa(order, fitted)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            d_share[rows] = scatter(d[rows], at) / d[rows]
+            p_share[rows] = scatter(1.0 / p[rows], at) * p[rows]
+    beta = numbers(frames, "helix_angle_rad")  # tan beta = pi D / p, so that its share is
+    b_share = np.abs(np.cos(beta) * np.sinc(beta / np.pi)) * np.hypot(d_share, p_share)
+    shares = {
+        "diameter_px": d_share,
+        "diameter_mm": d_share,
+        "midspan_diameter_mm": d_share,
+        "pitch_px": p_share,
+        "pitch_mm": p_share,
+        "helix_angle_rad": b_share,
+        "lay_angle_rad": b_share,
+    }
+    wider = {
+        f"{name}_sd": np.hypot(numbers(frames, f"{name}_sd"), numbers(frames, name) * share)
+        for name, share in shares.items()
+        if name in frames and f"{name}_sd" in frames
+    }
+    return frames.assign(**wider)
+
+
+def scatter(value: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """(n,) by how much values (n,) in the order taken scatter about their neighbours' line over
+    `at` (n,): sd around each, 0 where that cannot be told. Assumes that they change steadily."""
+    off = np.abs(_off_line(value, at))
+    spread = np.zeros(value.size)
+    for i in range(value.size):
+        around = off[max(0, i - AROUND) : i + AROUND + 1]
+        around = around[np.isfinite(around)]
+        if around.size >= FEWEST:
+            spread[i] = OF_NORMAL * float(np.median(around))
+    return np.fmax(spread, OWN * off)
+
+
+def _off_line(value: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """(n,) distance from the line through the neighbours (Theil 1950: the median of all slopes, so
+    that one neighbour far off does not turn it); NaN where there are too few."""
+    off = np.full(value.size, np.nan)
+    for i in range(value.size):
+        beside = np.r_[max(0, i - BESIDE) : i, i + 1 : min(value.size, i + BESIDE + 1)]
+        if beside.size < FEWEST:
+            continue
+        x, y = at[beside] - at[i], value[beside]
+        one, other = np.triu_indices(beside.size, 1)
+        run = x[other] - x[one]
+        rise = (y[other] - y[one])[run != 0.0] / run[run != 0.0]
+        slope = float(np.median(rise)) if rise.size else 0.0
+        off[i] = value[i] - np.median(y - slope * x)
+    return off
+
+
+def _abscissa(order: Order, chosen: np.ndarray) -> np.ndarray:
+    """Turns of the chosen rows in the order taken; the order itself where turns are not known."""
+    kept = chosen[order.rows]
+    return order.wind[kept] if order.known.all() else np.flatnonzero(kept).astype(float)
