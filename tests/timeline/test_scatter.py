@@ -84,3 +84,17 @@ def test_rows_without_a_value_and_short_recordings_stay_as_they_are() -> None:
     assert widened(short).equals(short)
     unturned = rows(np.full(30, np.nan), np.full(30, 40.0))
     assert np.allclose(widened(unturned)["pitch_px_sd"], 0.1)
+
+
+def test_turns_and_string_seen_are_compared_with_their_neighbours_too() -> None:
+    turns = np.linspace(20.0, 40.0, 60)
+    frames = rows(turns, np.full(60, 30.0), coiled=True)
+    noise = np.random.default_rng(6).normal(0.0, 1.0, 60)
+    frames["turns_seen"], frames["turns_seen_sd"] = turns + noise, 0.15
+    frames["string_length_mm"], frames["string_length_mm_sd"] = 30.0 + 0.2 * turns, 0.1
+    frames.loc[0, "turns_seen"] = 0.0
+    told = widened(frames)
+    held = np.abs(noise) < 1.96 * told["turns_seen_sd"]
+    assert held[1:].mean() >= 0.9
+    assert told["turns_seen_sd"].notna().all()
+    assert np.allclose(told["string_length_mm_sd"], 0.1, rtol=1e-6)

@@ -16,7 +16,11 @@ from tsvision.records import FrameRow
 
 NAN = float("nan")
 ENDS_SD = 0.12  # turns: what lies between where apex and connector are seen and where they are
-RATE_SD = 0.007  # of the turns and the string between them
+# Of more than two strands each leg holds several, which bend towards their places before they meet
+# (own renderer: the apex is seen a tenth too near with N = 4 and 8) or do not (path-traced films).
+LEGS_SD = 0.2
+RATE_SD = 0.007  # of the turns and the string between them, ...
+COIL_RATE_SD = 0.02  # ... and where they coil: the pitch's own share there
 KNOT_SD = 0.06  # of the turns and the string that knots hold
 
 
@@ -45,7 +49,9 @@ def add_budgets(
     turns = [each.turns for each in laid]
     turns_seen = 0.25 + float(np.mean(turns))
     held = float(np.mean([each.knot_turns for each in laid]))
-    sd = float(np.hypot(ENDS_SD, RATE_SD * turns_seen) + 0.5 * np.ptp(turns) + KNOT_SD * held)
+    rate = COIL_RATE_SD if any(f.fit.coiled for f in fits) else RATE_SD
+    apart = float(np.hypot(ENDS_SD, LEGS_SD)) if looks.strand_count > 2 else ENDS_SD
+    sd = float(np.hypot(apart, rate * turns_seen) + 0.5 * np.ptp(turns) + KNOT_SD * held)
     lay = [_lay(f.fit) for f in fits]
     string = [each.bundle_px * x for each, x in zip(laid, lay, strict=True)]
     knotted = float(np.mean([each.knot_bundle_px * x for each, x in zip(laid, lay, strict=True)]))
@@ -56,7 +62,7 @@ def add_budgets(
         leg = float(np.hypot(apex_mm, 0.5 * looks.hole_distance_mm))
         bundle = float(np.mean(string)) * scale
         string_mm = leg + bundle
-        string_mm_sd = RATE_SD * bundle
+        string_mm_sd = rate * bundle
         string_mm_sd += (0.5 * float(np.ptp(string)) + KNOT_SD * knotted) * scale
     return replace(
         row,

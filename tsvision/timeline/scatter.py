@@ -2,9 +2,10 @@
 
 A frame's own uncertainty knows the noise of its edges, its light and its scale. It cannot know that
 its fit fell into another hollow than its neighbours' did: of a coil seen dimly or blurred many
-pitches explain the outline about equally well. D and the strands' rate 2 pi / p change steadily
-with the turns, so that how far a frame lies from the line through its neighbours shows what its
-own account left out. Squares add up, as always (GUM 5.1.2, a component of type A).
+pitches explain the outline about equally well. D, the strands' rate 2 pi / p, the turns and the
+string seen change steadily with the motor's turns, so that how far a frame lies from the line
+through its neighbours shows what its own account left out. Squares add up, as always (GUM 5.1.2, a
+component of type A).
 """
 
 from __future__ import annotations
@@ -22,19 +23,13 @@ OF_NORMAL = 1.4826  # sd of a normal distribution in its median absolute deviati
 
 
 def with_scatter(frames: pd.DataFrame, order: Order) -> pd.DataFrame:
-    """`frames` (FrameRow's columns) with the `_sd` of diameters, pitch and angles widened by their
-    scatter about their neighbours, coils and straight bundles apart. Frames without a value, and
-    recordings of few frames, stay as they are."""
+    """`frames` (FrameRow's columns) with the `_sd` of diameters, pitch, angles, turns and string
+    seen widened by their scatter about their neighbours, coils and straight bundles apart. Frames
+    without a value, and recordings of few frames, stay as they are."""
     d, p = numbers(frames, "diameter_px"), numbers(frames, "pitch_px")
-    coiled = np.isfinite(numbers(frames, "coil_pitch_mm"))
-    d_share, p_share = np.zeros(len(frames)), np.zeros(len(frames))
-    for kind in (coiled, ~coiled):
-        fitted = kind & np.isfinite(p) & np.isfinite(d)
-        rows = order.rows[fitted[order.rows]]
-        at = _abscissa(order, fitted)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            d_share[rows] = scatter(d[rows], at) / d[rows]
-            p_share[rows] = scatter(1.0 / p[rows], at) * p[rows]
+    fitted = np.isfinite(p) & np.isfinite(d)
+    d_share = _share(d, fitted, frames, order)
+    p_share = _share(1.0 / p, fitted, frames, order)
     beta = numbers(frames, "helix_angle_rad")  # tan beta = pi D / p, so that its share is
     b_share = np.abs(np.cos(beta) * np.sinc(beta / np.pi)) * np.hypot(d_share, p_share)
     shares = {
@@ -46,12 +41,26 @@ def with_scatter(frames: pd.DataFrame, order: Order) -> pd.DataFrame:
         "helix_angle_rad": b_share,
         "lay_angle_rad": b_share,
     }
+    for name in ("turns_seen", "string_length_mm"):
+        value = numbers(frames, name)
+        shares[name] = _share(value, np.isfinite(value), frames, order)
     wider = {
         f"{name}_sd": np.hypot(numbers(frames, f"{name}_sd"), numbers(frames, name) * share)
         for name, share in shares.items()
         if name in frames and f"{name}_sd" in frames
     }
     return frames.assign(**wider)
+
+
+def _share(value: np.ndarray, known: np.ndarray, frames: pd.DataFrame, order: Order) -> np.ndarray:
+    """(n,) of every value, by how much it and its neighbours scatter; 0 where it is not known."""
+    coiled = np.isfinite(numbers(frames, "coil_pitch_mm"))
+    share = np.zeros(value.size)
+    known = known & (value != 0.0)
+    for kind in (known & coiled, known & ~coiled):
+        rows = order.rows[kind[order.rows]]
+        share[rows] = scatter(value[rows], _abscissa(order, kind)) / np.abs(value[rows])
+    return share
 
 
 def scatter(value: np.ndarray, at: np.ndarray) -> np.ndarray:
