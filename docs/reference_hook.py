@@ -75,7 +75,7 @@ COLUMNS: dict[str, str] = {
     # profiles
     "s_mm": "position along the axis from the separator",
     "s_px": "the same in pixels",
-    "upper_px": "one edge: signed distance from the axis along n = (−u_y, u_x)",
+    "upper_px": "the edge that lies farther along n = (−u_y, u_x): distance from the axis, signed",
     "lower_px": "the other edge",
     "width_mm": "width of the silhouette",
     "envelope_mm": "E(s): outer diameter about the zone's straight axis",

@@ -120,7 +120,7 @@ def frame_truth(
     along = (stop - start) / np.linalg.norm(stop - start)
     length_px = int(np.floor(np.linalg.norm(stop - start))) + 1
     curves = [c for tube in tubes_of(paths) for c in fold_curves(view, _zone(tube))]
-    upper, lower = edges_along(start, along, length_px, curves)
+    lower, upper = edges_along(start, along, length_px, curves)
     s_px = np.arange(length_px, dtype=float)
     s_mm = _mm_of_px(view, zone, start, along, s_px)
     outside = (s_mm < state.apex_mm) if state.has_bundle else np.ones(length_px, bool)

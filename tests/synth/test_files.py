@@ -54,7 +54,7 @@ def test_a_recording_is_complete(tmp_path: Path) -> None:
     assert {"conventions", "settings", "hardware"} <= set(story)
     profiles = pd.read_parquet(out / "truth_profiles.parquet")
     last = profiles[profiles["frame"] == 2]
-    width = (last["lower_px"] - last["upper_px"]).max() * truth["mm_per_px"][2]
+    width = (last["upper_px"] - last["lower_px"]).max() * truth["mm_per_px"][2]
     assert width == pytest.approx(0.48, abs=0.005)
     assert last["mask"].all()
     assert last["s_mm"].min() == pytest.approx(truth["apex_mm"][2], abs=0.1)
