@@ -192,8 +192,8 @@ CONVENTIONS = {
     "pixels": "pixel centres at integer coordinates, x right, y down",
     "profiles": "truth_profiles.parquet: s_px along the line axis0 -> axis1 (separator face to "
     "connector face); upper_px and lower_px are the largest and smallest signed distance of the "
-    "strands' outline from that line along n = (-u_y, u_x), as in a measurement's profiles (with the "
-    "separator on the left upper is down in the picture); twisted part only",
+    "strands' outline from that line along n = (-u_y, u_x), as in a measurement's profiles "
+    "(with the separator on the left upper is down in the picture); twisted part only",
     "envelope_mm": "E(s) = D + 2 R(s), R the largest distance of the bundle's centre line from the "
     "zone's straight axis within one silhouette period",
     "coil_amplitude_mm": "rms distance of the bundle's centre line from the zone's axis over the "
