@@ -192,14 +192,16 @@ def write_tables(
 ) -> None:
     """The account of what was measured, the tables and the summary."""
     from tsvision.timeline.account import account
+    from tsvision.timeline.scatter import with_scatter
 
     if len(frames) != len(recording.files):
         raise RuntimeError(f"{len(recording.files)} frames gave {len(frames)} rows")
     told = account(frames, knots, recording.rig)
-    write_frames(folder, told.frames)
+    rows = with_scatter(told.frames)
+    write_frames(folder, rows)
     write_knots(folder, told.knots)
     more: dict[str, Any] = {"onset_reasons": told.reasons, **told.extras}
-    summary = make_summary(recording, told.frames, told.onsets, digests, more, first)
+    summary = make_summary(recording, rows, told.onsets, digests, more, first)
     summary["notes"] = [*recording.notes, *told.notes]
     write_text(folder / SUMMARY, to_json(summary))
 

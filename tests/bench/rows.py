@@ -1,11 +1,12 @@
 """D, pitch and angle of rendered recordings against their truth, and whether intervals hold.
 
-`python -m tests.bench.rows DIR [--first SEED] [--recordings N]`
+`python -m tests.bench.rows DIR … [--first SEED] [--recordings N] [--strands]`
 
-DIR holds recordings that `tests.bench.onset_battery --rendered DIR` has rendered and measured:
-960 x 540, the whole zone in view, bundles 15 to 40 px wide. Rows are widened by their scatter as
-`account` does. Only frames whose comparison is fair (the truth's masks). By preset, straight and
-coiled; rms and median of the errors' sizes, and the share of 95 % intervals that hold the truth.
+Each DIR holds recordings that `tests.bench.onset_battery --rendered DIR` has rendered and
+measured: 960 x 540, the whole zone in view, bundles 15 to 40 px wide. Rows are widened by their
+scatter as those of a measurement are. Only frames whose comparison is fair (the truth's masks). By
+preset, straight and coiled; rms and median of the errors' sizes, and the share of 95 % intervals
+that hold the truth.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from tsvision.timeline.order import order_frames
+from tests.bench.pathtraced.score import rms
 from tsvision.timeline.scatter import with_scatter
 
 VALUES = {"diameter_px": "mask_diameter", "pitch_mm": "mask_pitch", "helix_angle_rad": "mask_pitch"}
@@ -27,8 +28,7 @@ def compared(folder: Path) -> pd.DataFrame:
     """One row a frame: errors and errors over their sd, NaN where not measured or not fair."""
     truth = pd.read_parquet(folder / "truth.parquet")
     rows = pd.read_parquet(folder / "measured_frames.parquet")
-    rows = with_scatter(rows, order_frames(rows))
-    both = truth.merge(rows, on="frame", suffixes=("_true", ""))
+    both = truth.merge(with_scatter(rows), on="frame", suffixes=("_true", ""))
     found = pd.DataFrame(
         {
             "preset": folder.name.split("_")[-1],
@@ -47,9 +47,6 @@ def compared(folder: Path) -> pd.DataFrame:
 def summary(rows: pd.DataFrame) -> pd.Series:
     """One printed line."""
 
-    def rms(name: str) -> float:
-        return float(np.sqrt((rows[name] ** 2).mean()))
-
     def held(name: str) -> float:
         known = rows[f"{name}_sigmas"].dropna()
         return float((known.abs() <= HELD).mean()) if len(known) else np.nan
@@ -57,7 +54,7 @@ def summary(rows: pd.DataFrame) -> pd.Series:
     return pd.Series(
         {
             "frames": rows["diameter_px"].notna().sum(),
-            "D px rms": rms("diameter_px"),
+            "D px rms": rms(rows["diameter_px"]),
             "median": rows["diameter_px"].abs().median(),
             "mean": rows["diameter_px"].mean(),
             "p % median": 100 * rows["pitch_mm_share"].abs().median(),
@@ -77,19 +74,20 @@ def table(rows: pd.DataFrame, by: list[str]) -> str:
 
 def main() -> None:
     words = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    words.add_argument("folder", type=Path)
+    words.add_argument("folders", nargs="+", type=Path)
     words.add_argument("--first", type=int, default=0, help="least seed")
     words.add_argument("--recordings", type=int, default=10**9, help="seeds from there on")
     words.add_argument("--strands", action="store_true", help="by N, too")
     given = words.parse_args()
     folders = [
         path
-        for path in sorted(given.folder.iterdir())
+        for folder in given.folders
+        for path in sorted(folder.iterdir())
         if (path / "measured_frames.parquet").is_file()
         and given.first <= int(path.name.split("_")[0]) < given.first + given.recordings
     ]
     if not folders:
-        raise SystemExit(f"{given.folder}: no measured recordings; run tests.bench.onset_battery")
+        raise SystemExit("no measured recordings there; run tests.bench.onset_battery --rendered")
     rows = pd.concat([compared(folder) for folder in folders], ignore_index=True)
     print(f"{len(folders)} recordings")
     print(table(rows, ["preset", "bundle"]))

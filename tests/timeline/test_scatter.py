@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 
-from tsvision.timeline.order import order_frames
 from tsvision.timeline.scatter import with_scatter
 
 
@@ -28,7 +27,7 @@ def rows(turns: np.ndarray, pitch_px: np.ndarray, coiled: bool = False) -> pd.Da
 
 
 def widened(frames: pd.DataFrame) -> pd.DataFrame:
-    return with_scatter(frames, order_frames(frames))
+    return with_scatter(frames)
 
 
 def test_a_pitch_that_falls_with_the_turns_is_no_scatter() -> None:

@@ -35,10 +35,9 @@ def pair_core(count: int) -> Section:
 
 def has_room(count: int) -> bool:
     """Whether a bundle of one strand more is no wider: N = 6 and 7 leave sites of eight empty."""
-    if not 3 < count < len(_PAIR_SITES):
+    if count >= len(_PAIR_SITES):
         return False
-    radius = np.hypot(*_PAIR_SITES.T)
-    return bool(radius[count] <= radius[:count].max() + 1e-9)
+    return pair_core(count + 1).diameter_d <= pair_core(count).diameter_d
 
 
 def ring(count: int) -> Section:

@@ -81,14 +81,8 @@ def _unstrained(looks: list[EdgeLook]) -> EdgeLook:
         replace(s, place_sd_px=now.place_sd_px)
         for s, now in zip(look.shading, under.shading, strict=True)
     )
-    found = replace(
-        look,
-        shading=(upper, lower),
-        diameter_px=under.diameter_px,
-        places_px=under.places_px,
-        strain=under.strain,
-    )
-    return _less_sure(found, under.moved_px)
+    found = replace(under, shading=(upper, lower), trust=look.trust, steady=look.steady)
+    return _less_sure(found, found.moved_px)
 
 
 def _less_sure(look: EdgeLook, by_px: float) -> EdgeLook:

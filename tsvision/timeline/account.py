@@ -32,7 +32,6 @@ from tsvision.timeline.onset import beginnings, onset_of
 from tsvision.timeline.order import Order, numbers, order_frames
 from tsvision.timeline.phases import spells
 from tsvision.timeline.safety import largest_safe, near_misses
-from tsvision.timeline.scatter import with_scatter
 from tsvision.timeline.telling import split_sightings, tell_frames
 from tsvision.timeline.tracks import Tracking, track_knots
 from tsvision.timeline.unknown import (
@@ -50,9 +49,8 @@ class Account:
     """What happened in a recording.
 
     `frames`: as given, with `phase` and `knot_count` smoothed and filled where the neighbours
-    settle it (`knot_count_seen` keeps the raw count) and `_sd` widened by what neighbouring frames
-    differ by. `knots`: the sightings that count, with `track`, and `seen` False where a track's gap
-    was bridged. `rejected`: the other sightings,
+    settle it (`knot_count_seen` keeps the raw count). `knots`: the sightings that count, with
+    `track`, and `seen` False where a track's gap was bridged. `rejected`: the other sightings,
     with the reason. `tracks`: one row a knot. `onsets`: by the names of summary.json.
     `reasons`: why an onset is not observed. `notes`: for people. `extras`: plain values: `safe`,
     `near_misses`, `unwinding`, `cycles`.
@@ -106,7 +104,7 @@ def account(
         "unwinding": ways_back(histories, order, criteria),
         "cycles": repeatability(by_cycle, criteria.level),
     }
-    told = tell_frames(with_scatter(frames, order), tracking, histories, order, criteria)
+    told = tell_frames(frames, tracking, histories, order, criteria)
     if unseen:  # neither a phase nor a count of none may stand for what was not looked at
         told = told.assign(phase="", knot_count=np.nan)
     notes = _notes(order, tracking) + camera_moves(frames)

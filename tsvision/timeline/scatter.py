@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
-from tsvision.timeline.order import Order, numbers
+from tsvision.timeline.order import Order, numbers, order_frames
 
 BESIDE = 4  # frames before, and as many after, through which the line is laid
 FEWEST = 4  # of them; where there are fewer nothing is said
@@ -22,14 +23,16 @@ OWN = 0.5  # of a frame's own distance: the scatter is at least that
 OF_NORMAL = 1.4826  # sd of a normal distribution in its median absolute deviations
 
 
-def with_scatter(frames: pd.DataFrame, order: Order) -> pd.DataFrame:
+def with_scatter(frames: pd.DataFrame) -> pd.DataFrame:
     """`frames` (FrameRow's columns) with the `_sd` of diameters, pitch, angles, turns and string
     seen widened by their scatter about their neighbours, coils and straight bundles apart. Frames
     without a value, and recordings of few frames, stay as they are."""
+    order = order_frames(frames)
+    coiled = np.isfinite(numbers(frames, "coil_pitch_mm"))
     d, p = numbers(frames, "diameter_px"), numbers(frames, "pitch_px")
     fitted = np.isfinite(p) & np.isfinite(d)
-    d_share = _share(d, fitted, frames, order)
-    p_share = _share(1.0 / p, fitted, frames, order)
+    d_share = _share(d, fitted, coiled, order)
+    p_share = _share(1.0 / p, fitted, coiled, order)
     beta = numbers(frames, "helix_angle_rad")  # tan beta = pi D / p, so that its share is
     b_share = np.abs(np.cos(beta) * np.sinc(beta / np.pi)) * np.hypot(d_share, p_share)
     shares = {
@@ -43,7 +46,7 @@ def with_scatter(frames: pd.DataFrame, order: Order) -> pd.DataFrame:
     }
     for name in ("turns_seen", "string_length_mm"):
         value = numbers(frames, name)
-        shares[name] = _share(value, np.isfinite(value), frames, order)
+        shares[name] = _share(value, np.isfinite(value), coiled, order)
     wider = {
         f"{name}_sd": np.hypot(numbers(frames, f"{name}_sd"), numbers(frames, name) * share)
         for name, share in shares.items()
@@ -52,9 +55,8 @@ def with_scatter(frames: pd.DataFrame, order: Order) -> pd.DataFrame:
     return frames.assign(**wider)
 
 
-def _share(value: np.ndarray, known: np.ndarray, frames: pd.DataFrame, order: Order) -> np.ndarray:
+def _share(value: np.ndarray, known: np.ndarray, coiled: np.ndarray, order: Order) -> np.ndarray:
     """(n,) of every value, by how much it and its neighbours scatter; 0 where it is not known."""
-    coiled = np.isfinite(numbers(frames, "coil_pitch_mm"))
     share = np.zeros(value.size)
     known = known & (value != 0.0)
     for kind in (known & coiled, known & ~coiled):
@@ -77,19 +79,17 @@ def scatter(value: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def _off_line(value: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """(n,) distance from the line through the neighbours (Theil 1950: the median of all slopes, so
-    that one neighbour far off does not turn it); NaN where there are too few."""
+    """(n,) distance from the line through the neighbours (Theil-Sen: one neighbour far off does not
+    turn it); NaN where there are too few."""
     off = np.full(value.size, np.nan)
     for i in range(value.size):
         beside = np.r_[max(0, i - BESIDE) : i, i + 1 : min(value.size, i + BESIDE + 1)]
         if beside.size < FEWEST:
             continue
         x, y = at[beside] - at[i], value[beside]
-        one, other = np.triu_indices(beside.size, 1)
-        run = x[other] - x[one]
-        rise = (y[other] - y[one])[run != 0.0] / run[run != 0.0]
-        slope = float(np.median(rise)) if rise.size else 0.0
-        off[i] = value[i] - np.median(y - slope * x)
+        steady = np.ptp(x) == 0.0  # turns that stand still have no slope
+        there = np.median(y) if steady else stats.theilslopes(y, x, method="joint").intercept
+        off[i] = value[i] - there
     return off
 
 
