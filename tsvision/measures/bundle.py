@@ -25,6 +25,7 @@ NAN = float("nan")
 SCALE_PX = 0.5  # residual at which an edge point begins to count less
 SWINGS = 0.03  # rms of the middle line over D from which a coil is tried, ...
 SWINGS_WIDELY = 0.08  # ... and from which nothing else is
+SWINGS_ON = 1.15  # by what factor it must grow for a coil to be sought again where none was found
 POOR_FRAMES = 5  # for which a poor fit is carried on before all is searched again
 PLAINLY_STRAIGHT = 0.2  # cost of a straight fit below which no coil is tried
 COIL_PAYS = 0.85  # share of a straight fit's cost that a coiled one must stay below, ...
@@ -38,13 +39,15 @@ FLANK = 0.25
 @dataclass(frozen=True)
 class BundleFit:
     """A fit, the stretch of s that it describes, the rate (rad/px) that the motor led one to
-    expect there (NaN: unknown), and for how many frames it was only carried on."""
+    expect there (NaN: unknown), for how many frames it was only carried on, and the swing of the
+    middle line over D at which coils were last sought and none was found."""
 
     fit: HelixFit
     s_low_px: float
     s_high_px: float
     expected_rate: float = float("nan")
     carried: int = 0
+    straight_at: float = 0.0
 
     @property
     def middle_px(self) -> float:
@@ -83,7 +86,9 @@ def fit_window(
     best = None
     if before is not None and (coil or not before.fit.coiled):
         best = _carried_on(part, before, expected_rate, scale_px)
-    holds = _holds(best, before) and (best is None or best.coiled or swing < SWINGS)
+    sought = 0.0 if before is None else before.straight_at
+    swings = swing >= max(SWINGS, SWINGS_ON * sought)
+    holds = _holds(best, before) and (best is None or best.coiled or not swings)
     if not holds:
         long_enough = coil and s_high - s_low > 3.0 * diameter_px
         # The motor's count may be wrong, or not be that of this bundle: then without it.
@@ -105,7 +110,12 @@ def fit_window(
     if best is None:
         return None
     carried = before.carried + 1 if holds and before is not None else 0
-    return BundleFit(best, float(part.s_px[0]), float(part.s_px[-1]), expected_rate, carried)
+    if best.coiled:
+        sought = 0.0
+    elif not holds and swing >= SWINGS:
+        sought = swing
+    ends = float(part.s_px[0]), float(part.s_px[-1])
+    return BundleFit(best, *ends, expected_rate, carried, sought)
 
 
 def as_elsewhere(edges: Edges, found: BundleFit, other: BundleFit) -> BundleFit:
@@ -190,7 +200,9 @@ def _holds(warm: HelixFit | None, before: BundleFit | None) -> bool:
     if 1.0 - warm.relief > 1.3 * (1.0 - before.fit.relief) + 0.1:
         return False
     if believed(warm):
-        return warm.cost < 1.3 * before.fit.cost + 0.03
+        # Where a search would leave it at what is plainly straight, a worse fit may stay.
+        factor = 2.0 if not warm.coiled and warm.cost < PLAINLY_STRAIGHT else 1.3
+        return warm.cost < factor * before.fit.cost + 0.03
     # No good fit, but as good as the last full search's: that is not repeated every frame.
     return before.carried < POOR_FRAMES and warm.cost < 1.05 * before.fit.cost
 
