@@ -22,9 +22,9 @@ from synth.laying import (
     Laid,
     lay,
     leg_angle_rad,
+    leg_radius_mm,
     locked_pitch_mm,
     sites_mm,
-    strand_radius_mm,
 )
 from synth.settings import Settings
 from synth.state import State
@@ -58,7 +58,8 @@ def solve_state(
     amount = abs(wound)
     sign = (1.0 if settings.strings.handedness == "Z" else -1.0) * (-1.0 if wound < 0 else 1.0)
     loose = sites_mm(settings, real, 1e3 * real.zone_mm)
-    leg_turns = leg_angle_rad(strand_radius_mm(loose), real.hole_distance_mm) / (2 * np.pi)
+    radius = leg_radius_mm(loose, settings.actuator.holes)
+    leg_turns = leg_angle_rad(radius, real.hole_distance_mm) / (2 * np.pi)
     if amount <= leg_turns:
         line = centre_line(real.zone_mm, real.zone_mm, None, 1.0, GRID_MM)
         laid = Laid(np.nan, real.zone_mm, 0.0, loose, line, amount)

@@ -50,9 +50,27 @@ def leg_length_mm(radius_mm: float, hole_distance_mm: float, pitch_mm: float) ->
     return float(across * pitch_mm / (2.0 * np.pi * radius_mm))
 
 
-def strand_radius_mm(sites: np.ndarray) -> float:
-    """Mean radius of the strand centres: the radius that the legs aim at."""
-    return float(np.hypot(*sites.T).mean())
+def hole_of_strands(sites: np.ndarray, holes: int) -> np.ndarray:
+    """Through which hole (N,) each of the strands at these sites (N, 2) comes: neighbours share."""
+    angle = np.arctan2(sites[:, 1], sites[:, 0]) % (2.0 * np.pi)
+    # A strand just below +x belongs to the first hole, so count from the lowest of its half.
+    angle = np.where(angle > 2.0 * np.pi - np.pi / 2.0 + 1e-9, angle - 2.0 * np.pi, angle)
+    hole = np.empty(len(sites), int)
+    hole[np.argsort(angle)] = np.arange(len(sites)) * holes // len(sites)
+    return hole
+
+
+def leg_ends_mm(sites: np.ndarray, holes: int) -> tuple[np.ndarray, np.ndarray]:
+    """(H,) numbers of the holes in use, and where (H, 2) in the section their legs arrive: a leg
+    of several strands is pulled straight as one, towards the middle of their sites."""
+    hole = hole_of_strands(sites, holes)
+    used = np.unique(hole)
+    return used, np.stack([sites[hole == h].mean(axis=0) for h in used])
+
+
+def leg_radius_mm(sites: np.ndarray, holes: int) -> float:
+    """Distance from the bundle's middle that the legs aim at."""
+    return float(np.hypot(*leg_ends_mm(sites, holes)[1].T).mean())
 
 
 def sites_mm(settings: Settings, real: Effective, pitch_mm: float) -> np.ndarray:
@@ -86,7 +104,7 @@ def _pitch_for_turns(settings: Settings, real: Effective, turns: float) -> float
 
 
 def _straight_turns(settings: Settings, real: Effective, pitch: float) -> float:
-    radius = strand_radius_mm(sites_mm(settings, real, pitch))
+    radius = leg_radius_mm(sites_mm(settings, real, pitch), settings.actuator.holes)
     legs = leg_angle_rad(radius, real.hole_distance_mm) / (2.0 * np.pi)
     apex = leg_length_mm(radius, real.hole_distance_mm, pitch)
     return legs + (real.zone_mm - apex) / pitch
@@ -109,7 +127,7 @@ def lay(
         sites = sites_mm(settings, real, pitch)
         outer = real.diameter_mm + 2.0 * float(np.hypot(*sites.T).max())
         coil = max(unknown, 0.0) * outer
-        radius = strand_radius_mm(sites)
+        radius = leg_radius_mm(sites, settings.actuator.holes)
         apex = min(leg_length_mm(radius, real.hole_distance_mm, pitch), real.zone_mm)
         shape = coil_shape(settings, real, knots, coil, outer, apex, amount)
         line = centre_line(apex, real.zone_mm, shape, pitch, grid_mm)

@@ -1,8 +1,9 @@
 """The strands' centre lines in the rig's frame: x separator -> connector, y the holes' plane, z.
 
 Strategy: in the bundle each strand sits at its site, turned by the strand angle on the centre
-line's frame. Before the apex it runs from its hole as a cubic without curvature at the hole; for
-two strands that cubic is the straight tangent. Behind the plate it runs straight back.
+line's frame. Before the apex it runs from its hole as a cubic without curvature at the hole: the
+middle of those that share a hole runs on the straight tangent. Behind the plate it runs straight
+back.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 
 from synth.centre_line import smallest_rotation_frame
 from synth.contact import relax
+from synth.laying import hole_of_strands, leg_ends_mm
 from synth.sections import section_diameter_mm
 from synth.settings import Settings
 from synth.state import State
@@ -84,16 +86,13 @@ def strand_diameters_mm(settings: Settings, state: State) -> np.ndarray:
 def _assign(settings: Settings, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Start point (N, 2) in its hole, entry phase offset (N,) and site radius (N,)."""
     sites = state.sites_mm
-    count, holes = len(sites), settings.actuator.holes
+    holes = settings.actuator.holes
     centres = hole_centres_mm(settings, state.real.hole_distance_mm)
-    angle = np.arctan2(sites[:, 1], sites[:, 0]) % (2.0 * np.pi)
-    # A strand just below +x belongs to the first hole, so count from the lowest of its half.
-    angle = np.where(angle > 2.0 * np.pi - np.pi / 2.0 + 1e-9, angle - 2.0 * np.pi, angle)
-    order = np.argsort(angle)
-    hole_of = np.empty(count, int)
-    hole_of[order] = np.arange(count) * holes // count
-    hole_angle = 2.0 * np.pi * hole_of / holes
-    turned = state.leg_turns * 2.0 * np.pi - float((angle - hole_angle).mean())
+    hole_of = hole_of_strands(sites, holes)
+    used, ends = leg_ends_mm(sites, holes)
+    ahead = np.arctan2(ends[:, 1], ends[:, 0]) - 2.0 * np.pi * used / holes
+    turned = state.leg_turns * 2.0 * np.pi - float(np.angle(np.exp(1j * ahead).mean()))
+    angle = np.arctan2(sites[:, 1], sites[:, 0])
     start = centres[hole_of].copy()
     entry = np.hypot(*sites.T)[:, None] * np.stack(
         [np.cos(angle + turned), np.sin(angle + turned)], axis=1

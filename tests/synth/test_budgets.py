@@ -201,6 +201,20 @@ def test_straight_bundle_draws_what_the_closed_form_says() -> None:
     assert arc_length_mm(path) == pytest.approx(np.hypot(23.20, across), abs=2e-4)
 
 
+@pytest.mark.parametrize("count", [2, 4, 6, 8])
+def test_a_leg_of_several_strands_is_pulled_straight(count: int) -> None:
+    """The middle of its strands runs on a line that meets the axis where the truth's apex is."""
+    settings = make_settings((0.0, 7.0), strings=Strings(count=count))
+    state = state_at(settings, 1)
+    x_mm = np.linspace(0.3, 0.9, 7) * state.apex_mm
+    paths = [path.points_mm[path.first : path.last + 1] for path in strand_paths(settings, state)]
+    y_mm = np.array([np.interp(x_mm, path[:, 0], path[:, 1]) for path in paths])
+    middle_mm = y_mm[y_mm[:, 0] > 0].mean(axis=0)
+    slope, start_mm = np.polyfit(x_mm, middle_mm, 1)
+    assert np.abs(middle_mm - start_mm - slope * x_mm).max() < 0.002
+    assert -start_mm / slope == pytest.approx(state.apex_mm, rel=0.01)
+
+
 @pytest.mark.parametrize("law", ["constant_radius", "linear"])
 def test_a_law_that_can_be_obeyed_is_obeyed(law: str) -> None:
     settings = make_settings((0.0, 15.0), changes={"law.displacement": law, "law.follow": "law"})

@@ -306,6 +306,7 @@ def test_memory_is_flat_in_the_number_of_frames(tmp_path: Path) -> None:
 
 
 def test_separators_with_more_holes_take_the_same_string(tmp_path: Path) -> None:
+    """Fewer strands a leg are pulled towards places farther out: they meet the bundle earlier."""
     from synth.actuator import state_at
 
     drawn = []
@@ -313,5 +314,7 @@ def test_separators_with_more_holes_take_the_same_string(tmp_path: Path) -> None
         settings = make_settings(
             (0.0, 5.0), strings=Strings(count=6), actuator=Actuator(holes=holes)
         )
-        drawn.append(state_at(settings, 1).pitch_mm)
-    assert np.ptp(drawn) < 1e-9
+        drawn.append(state_at(settings, 1))
+    assert np.all(np.diff([state.apex_mm for state in drawn]) < 0)
+    assert np.all(np.diff([state.pitch_mm for state in drawn]) > 0)
+    assert np.ptp([state.pitch_mm for state in drawn]) < 0.05 * drawn[0].pitch_mm
