@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tsvision.measures.bundle import BundleFit
+from tsvision.measures.envelope import Envelope, envelope_px
 from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.laid import coil_rate, laid_along
 from tsvision.measures.section import pair_core
@@ -43,12 +44,12 @@ def laid(radius: np.ndarray, rate: np.ndarray) -> tuple[float, float]:
     return TWIST * length / (2.0 * np.pi) + writhe, length
 
 
-def shown(radius: np.ndarray, rate: np.ndarray) -> tuple[Edges, np.ndarray]:
+def shown(radius: np.ndarray, rate: np.ndarray) -> tuple[Edges, Envelope]:
     """Edges whose middle swings as the coil does, and its envelope."""
     s = np.arange(radius.size, dtype=float)
     middle = radius * np.cos(np.cumsum(rate))
     ones = np.ones(s.size)
-    return Edges(s, middle + 0.5 * D, middle - 0.5 * D, ones, ones), D + 2.0 * radius
+    return Edges(s, middle + 0.5 * D, middle - 0.5 * D, ones, ones), Envelope(D + 2.0 * radius, D)
 
 
 @pytest.mark.parametrize("coil", [(0.0, 0.0), COIL])
@@ -81,13 +82,31 @@ def test_an_uneven_coil() -> None:
     assert seen.bundle_px == pytest.approx(length, rel=0.01)
 
 
+@pytest.mark.parametrize("pitch_px", [34.0, 38.0, 39.7])
+def test_an_even_coil_whose_crests_meet_the_strands_lobes_now_and_then(pitch_px: float) -> None:
+    """Seen from one side its envelope beats; in the window of the fit only a part of the beat."""
+    fit = fit_of(5.0, 2.0 * np.pi / pitch_px)
+    up, low = model_edges(fit.p, fit.section, -100.0, 600)
+    s, ones = np.arange(600.0), np.ones(600)
+    edges = Edges(s, up, low, ones, ones)
+    envelope = Envelope(envelope_px(up, low, ones > 0, 1.2 * D, D), 1.2 * D)
+    assert np.ptp(envelope.px) > 0.1 * D
+    turns, length = laid(np.full(600, 5.0), np.full(600, 2.0 * np.pi / pitch_px))
+    for low_px in (0.0, 100.0, 300.0):
+        seen = laid_along(BundleFit(fit, low_px, low_px + 80.0), edges, envelope, [], 0.0, 599.0)
+        assert seen.turns == pytest.approx(turns, rel=0.01)
+        assert seen.bundle_px == pytest.approx(length, rel=0.01)
+
+
 def test_a_straight_bundle_has_its_own_rate_only() -> None:
     s = np.arange(400.0)
     fit = fit_of(0.0, 0.0)
     up, low = model_edges(fit.p, fit.section, -200.0, 400)
     ones = np.ones(s.size)
     edges = Edges(s, up, low, ones, ones)
-    seen = laid_along(BundleFit(fit, 0.0, 399.0), edges, np.full(400, 22.0), [], 0.5, 399.5)
+    seen = laid_along(
+        BundleFit(fit, 0.0, 399.0), edges, Envelope(np.full(400, 22.0), D), [], 0.5, 399.5
+    )
     assert seen.turns == pytest.approx(TWIST * 399.0 / (2.0 * np.pi))
     assert seen.bundle_px == pytest.approx(399.0)
     assert seen.knot_turns == 0.0 and seen.knot_bundle_px == 0.0

@@ -8,6 +8,7 @@ import numpy as np
 
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.ends import NEAR_SHARE
+from tsvision.measures.envelope import Envelope
 from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.laid import laid_along
 from tsvision.measures.looks import Looks
@@ -32,10 +33,10 @@ def add_budgets(
     apex_px: float,
     edges: Edges,
     knot_ends_px: tuple[tuple[float, float], ...],
-    envelope_px: np.ndarray,
+    envelope: Envelope,
 ) -> FrameRow:
     """Turns and string length seen from apex to connector, by the fits beside the separator and in
-    mid-span. knot_ends_px: first and last s of each; envelope_px (M,): E(s) at the edges' s."""
+    mid-span. knot_ends_px: first and last s of each; envelope: E(s) at the edges' s."""
     known = np.flatnonzero((edges.upper_weight > 0) & (edges.lower_weight > 0))
     end = connector_px(looks)
     if known.size < 10 or not np.isfinite(apex_px) or not np.isfinite(end):
@@ -45,7 +46,7 @@ def add_budgets(
         return row
     scale = looks.scale.mm_per_px
     ends = list(knot_ends_px)
-    laid = [laid_along(f, edges, envelope_px, ends, apex_px, end) for f in fits]
+    laid = [laid_along(f, edges, envelope, ends, apex_px, end) for f in fits]
     turns = [each.turns for each in laid]
     turns_seen = 0.25 + float(np.mean(turns))
     held = float(np.mean([each.knot_turns for each in laid]))

@@ -7,6 +7,8 @@ what stands out.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numba
 import numpy as np
 
@@ -19,6 +21,14 @@ FIBRE_D = 0.5  # what stands out over a shorter stretch than this, …
 BESIDE_D = 0.8  # … its neighbours so far away looked at together, …
 STANDS_OUT_D = 0.08  # … by more than this, …
 TOO_WIDE = 1.1  # … and where the strings look wider than this, is a fibre or a speck; all in D
+
+
+@dataclass(frozen=True)
+class Envelope:
+    """E(s): `px` (M,), NaN where nothing is seen, its dips closed over `closed_over_px`."""
+
+    px: np.ndarray
+    closed_over_px: float
 
 
 def envelope_px(

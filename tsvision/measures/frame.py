@@ -83,7 +83,7 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         meet_px = apex_from_legs(frame.pixels, cut, looks.sight, looks.face, looks.ends.plate_px)
     meet_px = meet_px if np.isfinite(meet_px) else apex_px
     row = add_budgets(
-        outlined.row, looks, near, mid, meet_px, outer, outlined.knot_ends_px, outlined.envelope_px
+        outlined.row, looks, near, mid, meet_px, outer, outlined.knot_ends_px, outlined.tight
     )
     if edges_poor(edges):
         flags |= Flag.EDGE_POOR

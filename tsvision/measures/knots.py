@@ -70,7 +70,12 @@ class Outline:
     @cached_property
     def tight_px(self) -> np.ndarray:
         """E(s) (M,) closed over no more than a knot's coil."""
-        return self.closed_px(max(0.5 * self.period_px, 1.2 * self.diameter_px))
+        return self.closed_px(self.tight_over_px)
+
+    @property
+    def tight_over_px(self) -> float:
+        """No more than a coil of a knot."""
+        return max(0.5 * self.period_px, 1.2 * self.diameter_px)
 
 
 def baseline_along_px(outline: Outline) -> float:

@@ -9,19 +9,21 @@ sqrt(1 + (R q)²) of bundle there and adds q (1 - 1 / sqrt(1 + (R q)²)) of turn
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tsvision.images.percentiles import median, percentile
 from tsvision.measures.bundle import BundleFit
-from tsvision.measures.helix import Edges
-from tsvision.measures.silhouette import KC, RC, K
+from tsvision.measures.envelope import Envelope, envelope_px
+from tsvision.measures.helix import Edges, HelixFit
+from tsvision.measures.silhouette import KC, RC, SLOPE, Y0, K
 from tsvision.measures.spectrum import spectrum
 
 TIGHTEST, WIDEST = 0.8, 2.5  # pitches of a knot's coils, in D
 BEYOND = 0.3  # D on either side of a knot, where its coils begin
 LEAST_RADIUS = 0.05  # of D: thinner coils are not read from the envelope
-MOST_MENDED = 1.3  # times that a fitted coil may be as wide as the envelope has it
+DRAWN_COILS = 12.0  # of a fit: all phases in which coils and strands' lobes meet
 
 
 @dataclass(frozen=True)
@@ -37,29 +39,32 @@ class Laid:
 def laid_along(
     found: BundleFit,
     edges: Edges,
-    envelope_px: np.ndarray,
+    envelope: Envelope,
     knots_px: list[tuple[float, float]],
     start_px: float,
     end_px: float,
 ) -> Laid:
     """What lies between two s when the bundle elsewhere is twisted as in a fit's window.
 
-    envelope_px (M,): E(s) at the edges' s, closed over no more than a coil of a knot; knots_px:
-    first and last s of each.
+    envelope: E(s) at the edges' s, closed over no more than a coil of a knot; knots_px: first and
+    last s of each.
     """
     fit = found.fit
     s = np.arange(np.ceil(start_px), end_px)
-    known = np.isfinite(envelope_px)
+    known = np.isfinite(envelope.px)
     coils, stretch = (float(fit.p[KC]), fit.stretch) if fit.coiled else (0.0, 1.0)
     twist = (float(fit.p[K]) + coils / stretch) / stretch  # rad per px of bundle
     rate = np.full(s.size, coils)
     radius = np.zeros(s.size)
     begins = BEYOND * fit.diameter_px
     if known.any():
-        reach = np.clip(0.5 * (envelope_px[known] - fit.diameter_px), 0.0, None)
+        reach = np.clip(0.5 * (envelope.px[known] - fit.diameter_px), 0.0, None)
         shown = np.interp(s, edges.s_px[known], reach)
         if fit.coiled:
-            radius = shown * _mend(found, edges.s_px[known], reach)
+            beside = (s >= found.s_low_px) & (s <= found.s_high_px)
+            for low, high in knots_px:
+                beside &= np.abs(s - 0.5 * (low + high)) > 0.5 * (high - low) + begins
+            radius = _as_shown(fit, shown, shown[beside], envelope.closed_over_px)
         for low, high in knots_px:
             inside = np.abs(s - 0.5 * (low + high)) <= 0.5 * (high - low) + begins
             tight = coil_rate(edges, low, high, fit.diameter_px)
@@ -93,11 +98,25 @@ def coil_rate(edges: Edges, low_px: float, high_px: float, diameter_px: float) -
     return float(rates[int(np.argmax(np.abs(spectrum(tapered, 0.0, rates))))])
 
 
-def _mend(found: BundleFit, s_px: np.ndarray, reach: np.ndarray) -> float:
-    """By what the envelope's radius is to be multiplied to be the fitted one in the fit's window:
-    lobes of strands that stand out beyond D, and those that do not happen to show."""
-    window = (s_px >= found.s_low_px) & (s_px <= found.s_high_px)
-    mean = float(reach[window].mean()) if window.any() else 0.0
-    if mean < LEAST_RADIUS * found.fit.diameter_px:
-        return 1.0
-    return min(float(found.fit.p[RC]) / mean, MOST_MENDED)
+def _as_shown(
+    fit: HelixFit, shown_px: np.ndarray, beside_px: np.ndarray, closed_over_px: float
+) -> np.ndarray:
+    """The coil's radius (M,) px: the fit's wherever the envelope's (M,) is one that such a coil
+    shows, by how its crests happen to meet the strands' lobes, and else as much less or more.
+
+    Told by the fit's own envelope, drawn over many coils, and by what is seen where it was fitted
+    (K,): where lobes and coils keep step, all along shows what is only a part of the beat.
+    """
+    p = fit.p.copy()
+    p[Y0] = p[SLOPE] = 0.0
+    count = int(DRAWN_COILS * 2.0 * np.pi / p[KC])
+    edges = replace(fit, p=p).seen_edges(-0.5 * count, count)
+    drawn = envelope_px(*edges, np.ones(count, dtype=bool), closed_over_px, fit.diameter_px)
+    reach = np.clip(0.5 * (drawn - fit.diameter_px), 0.0, None)
+    least, most = percentile(reach, 5.0), percentile(reach, 95.0)
+    if beside_px.size:
+        typical = median(beside_px)
+        least, most = min(least, typical), max(most, typical)
+    if least < LEAST_RADIUS * fit.diameter_px:
+        return np.full(shown_px.size, float(p[RC]))
+    return p[RC] * np.where(shown_px < least, shown_px / least, np.maximum(shown_px / most, 1.0))

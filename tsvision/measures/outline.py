@@ -10,7 +10,7 @@ import numpy as np
 
 from tsvision.measures.along import mm_along
 from tsvision.measures.bundle import BundleFit
-from tsvision.measures.envelope import middle_swing, unevenness_of
+from tsvision.measures.envelope import Envelope, middle_swing, unevenness_of
 from tsvision.measures.helix import Edges
 from tsvision.measures.knots import Outline, baseline_along_px, in_mm, knots_along
 from tsvision.measures.line import line_through
@@ -28,14 +28,14 @@ COILS = 0.05  # rms swing over D from which a bundle coils
 
 class Outlined(NamedTuple):
     """lobes: what is too short for a knot by itself; knot_ends_px: first and last s of each knot;
-    envelope_px (M,): E(s) at the edges' s, closed over no more than a knot's coil."""
+    tight: E(s) at the edges' s, closed over no more than a knot's coil."""
 
     row: FrameRow
     profile: Profile
     knots: tuple[KnotSighting, ...]
     lobes: tuple[KnotSighting, ...]
     knot_ends_px: tuple[tuple[float, float], ...]
-    envelope_px: np.ndarray
+    tight: Envelope
 
 
 def add_outline(
@@ -90,7 +90,8 @@ def add_outline(
     knots = tuple(_told(knot, looks) for knot in found)
     lobes = tuple(_told(lobe, looks) for lobe in lone)
     ends = tuple(knot.ends_mm for knot in found)
-    return Outlined(row, _profile(edges, looks, envelope), knots, lobes, ends, tight)
+    seen = Envelope(tight, outline.tight_over_px)
+    return Outlined(row, _profile(edges, looks, envelope), knots, lobes, ends, seen)
 
 
 def _told(knot: KnotSighting, looks: Looks) -> KnotSighting:
