@@ -32,24 +32,36 @@ def fit_of(radius: float, rate: float) -> HelixFit:
 
 
 def laid(radius: np.ndarray, rate: np.ndarray) -> tuple[float, float]:
-    """(turns, bundle px) of unit columns, counted on the curve."""
+    """(turns, bundle px) of unit columns, counted on the curve; from one radius to the next there
+    is no bundle."""
     step = 0.01
     s = np.arange(0.0, radius.size - 1.0, step)
-    r = np.interp(s, np.arange(radius.size), radius)
-    angle = np.cumsum(np.interp(s, np.arange(rate.size), rate)) * step
+    column = np.round(s).astype(int)
+    r, angle = radius[column], np.cumsum(rate[column]) * step
     line = np.stack([s, r * np.cos(angle), r * np.sin(angle)], axis=1)
     along = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    along[np.diff(r) != 0.0] = step
     length = float(along.sum())
     writhe = float(((1.0 - step / along) * np.diff(angle)).sum()) / (2.0 * np.pi)
     return TWIST * length / (2.0 * np.pi) + writhe, length
 
 
 def shown(radius: np.ndarray, rate: np.ndarray) -> tuple[Edges, Envelope]:
-    """Edges whose middle swings as the coil does, and its envelope."""
-    s = np.arange(radius.size, dtype=float)
-    middle = radius * np.cos(np.cumsum(rate))
-    ones = np.ones(s.size)
-    return Edges(s, middle + 0.5 * D, middle - 0.5 * D, ones, ones), Envelope(D + 2.0 * radius, D)
+    """Edges and envelope of coils, piece by piece of the same radius and rate."""
+    s, ones = np.arange(radius.size, dtype=float), np.ones(radius.size)
+    up, low = np.empty(s.size), np.empty(s.size)
+    for r, q in set(zip(radius, rate, strict=True)):
+        fit = fit_of(float(r), float(q))
+        piece = (radius == r) & (rate == q)
+        for edge, drawn in zip(
+            (up, low), model_edges(fit.p, fit.section, 0.0, s.size), strict=True
+        ):
+            edge[piece] = drawn[piece]
+    return Edges(s, up, low, ones, ones), envelope_of(up, low)
+
+
+def envelope_of(up: np.ndarray, low: np.ndarray) -> Envelope:
+    return Envelope(envelope_px(up, low, np.ones(up.size) > 0, 1.2 * D, D), 1.2 * D)
 
 
 @pytest.mark.parametrize("coil", [(0.0, 0.0), COIL])
@@ -89,7 +101,7 @@ def test_an_even_coil_whose_crests_meet_the_strands_lobes_now_and_then(pitch_px:
     up, low = model_edges(fit.p, fit.section, -100.0, 600)
     s, ones = np.arange(600.0), np.ones(600)
     edges = Edges(s, up, low, ones, ones)
-    envelope = Envelope(envelope_px(up, low, ones > 0, 1.2 * D, D), 1.2 * D)
+    envelope = envelope_of(up, low)
     assert np.ptp(envelope.px) > 0.1 * D
     turns, length = laid(np.full(600, 5.0), np.full(600, 2.0 * np.pi / pitch_px))
     for low_px in (0.0, 100.0, 300.0):

@@ -18,6 +18,7 @@ from tsvision.measures.bundle import BundleFit
 from tsvision.measures.envelope import Envelope, envelope_px
 from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.silhouette import KC, RC, SLOPE, Y0, K
+from tsvision.measures.smoothing import bridged, smoothed
 from tsvision.measures.spectrum import spectrum
 
 TIGHTEST, WIDEST = 0.8, 2.5  # pitches of a knot's coils, in D
@@ -56,27 +57,26 @@ def laid_along(
     twist = (float(fit.p[K]) + coils / stretch) / stretch  # rad per px of bundle
     rate = np.full(s.size, coils)
     radius = np.zeros(s.size)
-    begins = BEYOND * fit.diameter_px
+    inside = _inside(s, knots_px, BEYOND * fit.diameter_px)
     if known.any():
         reach = np.clip(0.5 * (envelope.px[known] - fit.diameter_px), 0.0, None)
         shown = np.interp(s, edges.s_px[known], reach)
         if fit.coiled:
-            beside = (s >= found.s_low_px) & (s <= found.s_high_px)
-            for low, high in knots_px:
-                beside &= np.abs(s - 0.5 * (low + high)) > 0.5 * (high - low) + begins
-            radius = _as_shown(fit, shown, shown[beside], envelope.closed_over_px)
-        for low, high in knots_px:
-            inside = np.abs(s - 0.5 * (low + high)) <= 0.5 * (high - low) + begins
+            beside = ~inside.any(axis=0)
+            window = beside & (s >= found.s_low_px) & (s <= found.s_high_px)
+            even = _over_a_coil(bridged(shown, beside), coils)
+            radius = _as_shown(fit, even, even[window], envelope.closed_over_px)
+        for (low, high), here in zip(knots_px, inside, strict=True):
             tight = coil_rate(edges, low, high, fit.diameter_px)
             if np.isfinite(tight):
-                rate[inside], radius[inside] = tight, shown[inside]
+                most = float(shown[here].max(initial=0.0))
+                wide = shown[here] * _unseen(fit, most, tight, twist, envelope.closed_over_px)
+                rate[here], radius[here] = tight, np.maximum(wide, radius[here])
     elif fit.coiled:
         radius[:] = float(fit.p[RC])
     length = np.sqrt(1.0 + (radius * rate) ** 2)
     turning = (twist * length + rate * (1.0 - 1.0 / length)) / (2.0 * np.pi)
-    knotted = np.zeros(s.size, dtype=bool)
-    for low, high in knots_px:
-        knotted |= (s >= low) & (s <= high)
+    knotted = _inside(s, knots_px).any(axis=0)
     part = (end_px - start_px) / max(s.size, 1)
     return Laid(
         float(turning.sum() * part),
@@ -84,6 +84,19 @@ def laid_along(
         float(turning[knotted].sum()),
         float(length[knotted].sum()),
     )
+
+
+def _inside(s: np.ndarray, knots_px: list[tuple[float, float]], beyond: float = 0.0) -> np.ndarray:
+    """Which of s (M,) lie in which knot (K, M), or up to `beyond` outside."""
+    ends = np.array(knots_px, dtype=float).reshape(-1, 2)
+    return np.asarray((s >= ends[:, :1] - beyond) & (s <= ends[:, 1:] + beyond))
+
+
+def _over_a_coil(shown_px: np.ndarray, rate: float) -> np.ndarray:
+    """The same (M,) without what goes to and fro within a coil."""
+    if np.isnan(shown_px).any():  # nothing but knots
+        return np.zeros_like(shown_px)
+    return smoothed(shown_px, 0.5 * 2.0 * np.pi / rate)
 
 
 def coil_rate(edges: Edges, low_px: float, high_px: float, diameter_px: float) -> float:
@@ -98,6 +111,29 @@ def coil_rate(edges: Edges, low_px: float, high_px: float, diameter_px: float) -
     return float(rates[int(np.argmax(np.abs(spectrum(tapered, 0.0, rates))))])
 
 
+def _unseen(
+    fit: HelixFit, radius_px: float, rate: float, twist: float, closed_over_px: float
+) -> float:
+    """Times that a coil of this radius and rate is as wide as its envelope has it on the mean."""
+    if radius_px < LEAST_RADIUS * fit.diameter_px:
+        return 1.0
+    stretch = float(np.hypot(1.0, radius_px * rate))
+    p = fit.p.copy()
+    p[RC], p[KC], p[K] = radius_px, rate, twist * stretch - rate / stretch
+    return radius_px / float(_drawn(fit, p, closed_over_px).mean())
+
+
+def _drawn(fit: HelixFit, p: np.ndarray, closed_over_px: float) -> np.ndarray:
+    """By how much (K,) px the envelope of a coil with these parameters exceeds D / 2, all along
+    some coils of it."""
+    p = p.copy()
+    p[Y0] = p[SLOPE] = 0.0
+    count = int(DRAWN_COILS * 2.0 * np.pi / p[KC])
+    edges = replace(fit, p=p).seen_edges(-0.5 * count, count)
+    drawn = envelope_px(*edges, np.ones(count, dtype=bool), closed_over_px, fit.diameter_px)
+    return np.clip(0.5 * (drawn - fit.diameter_px), 0.0, None)
+
+
 def _as_shown(
     fit: HelixFit, shown_px: np.ndarray, beside_px: np.ndarray, closed_over_px: float
 ) -> np.ndarray:
@@ -107,16 +143,13 @@ def _as_shown(
     Told by the fit's own envelope, drawn over many coils, and by what is seen where it was fitted
     (K,): where lobes and coils keep step, all along shows what is only a part of the beat.
     """
-    p = fit.p.copy()
-    p[Y0] = p[SLOPE] = 0.0
-    count = int(DRAWN_COILS * 2.0 * np.pi / p[KC])
-    edges = replace(fit, p=p).seen_edges(-0.5 * count, count)
-    drawn = envelope_px(*edges, np.ones(count, dtype=bool), closed_over_px, fit.diameter_px)
-    reach = np.clip(0.5 * (drawn - fit.diameter_px), 0.0, None)
-    least, most = percentile(reach, 5.0), percentile(reach, 95.0)
+    drawn = _over_a_coil(_drawn(fit, fit.p, closed_over_px), float(fit.p[KC]))
+    least, most = percentile(drawn, 5.0), percentile(drawn, 95.0)
     if beside_px.size:
         typical = median(beside_px)
         least, most = min(least, typical), max(most, typical)
     if least < LEAST_RADIUS * fit.diameter_px:
-        return np.full(shown_px.size, float(p[RC]))
-    return p[RC] * np.where(shown_px < least, shown_px / least, np.maximum(shown_px / most, 1.0))
+        return np.full(shown_px.size, float(fit.p[RC]))
+    return fit.p[RC] * np.where(
+        shown_px < least, shown_px / least, np.maximum(shown_px / most, 1.0)
+    )
