@@ -110,6 +110,17 @@ def test_an_even_coil_whose_crests_meet_the_strands_lobes_now_and_then(pitch_px:
         assert seen.bundle_px == pytest.approx(length, rel=0.01)
 
 
+def test_a_coil_against_the_strands_sense_takes_turns_away() -> None:
+    """A fit to noise may find one: it is counted, not stumbled over."""
+    fit = fit_of(5.0, -2.0 * np.pi / 38.0)
+    up, low = model_edges(fit.p, fit.section, -100.0, 600)
+    ones = np.ones(600)
+    edges = Edges(np.arange(600.0), up, low, ones, ones)
+    seen = laid_along(BundleFit(fit, 50.0, 250.0), edges, envelope_of(up, low), [], 0.0, 599.0)
+    turns, _ = laid(np.full(600, 5.0), np.full(600, -2.0 * np.pi / 38.0))
+    assert seen.turns == pytest.approx(turns, rel=0.01)
+
+
 def test_a_straight_bundle_has_its_own_rate_only() -> None:
     s = np.arange(400.0)
     fit = fit_of(0.0, 0.0)

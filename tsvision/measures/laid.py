@@ -96,7 +96,7 @@ def _over_a_coil(shown_px: np.ndarray, rate: float) -> np.ndarray:
     """The same (M,) without what goes to and fro within a coil."""
     if np.isnan(shown_px).any():  # nothing but knots
         return np.zeros_like(shown_px)
-    return smoothed(shown_px, 0.5 * 2.0 * np.pi / rate)
+    return smoothed(shown_px, np.pi / abs(rate))
 
 
 def coil_rate(edges: Edges, low_px: float, high_px: float, diameter_px: float) -> float:
@@ -128,7 +128,7 @@ def _drawn(fit: HelixFit, p: np.ndarray, closed_over_px: float) -> np.ndarray:
     some coils of it."""
     p = p.copy()
     p[Y0] = p[SLOPE] = 0.0
-    count = int(DRAWN_COILS * 2.0 * np.pi / p[KC])
+    count = int(DRAWN_COILS * 2.0 * np.pi / abs(p[KC]))
     edges = replace(fit, p=p).seen_edges(-0.5 * count, count)
     drawn = envelope_px(*edges, np.ones(count, dtype=bool), closed_over_px, fit.diameter_px)
     return np.clip(0.5 * (drawn - fit.diameter_px), 0.0, None)
