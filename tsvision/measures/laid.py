@@ -24,6 +24,7 @@ from tsvision.measures.spectrum import spectrum
 TIGHTEST, WIDEST = 0.8, 2.5  # pitches of a knot's coils, in D
 BEYOND = 0.3  # D on either side of a knot, where its coils begin
 LEAST_RADIUS = 0.05  # of D: thinner coils are not read from the envelope
+LONGEST_COIL = 10.0  # D: what is slower is no coil
 DRAWN_COILS = 12.0  # of a fit: all phases in which coils and strands' lobes meet
 
 
@@ -64,7 +65,7 @@ def laid_along(
         if fit.coiled:
             beside = ~inside.any(axis=0)
             window = beside & (s >= found.s_low_px) & (s <= found.s_high_px)
-            even = _over_a_coil(bridged(shown, beside), coils)
+            even = _over_a_coil(bridged(shown, beside), coils, fit.diameter_px)
             radius = _as_shown(fit, even, even[window], envelope.closed_over_px)
         for (low, high), here in zip(knots_px, inside, strict=True):
             tight = coil_rate(edges, low, high, fit.diameter_px)
@@ -92,11 +93,16 @@ def _inside(s: np.ndarray, knots_px: list[tuple[float, float]], beyond: float = 
     return np.asarray((s >= ends[:, :1] - beyond) & (s <= ends[:, 1:] + beyond))
 
 
-def _over_a_coil(shown_px: np.ndarray, rate: float) -> np.ndarray:
+def _coil_px(rate: float, diameter_px: float) -> float:
+    """Length of a coil along the axis. A fit against the strands' sense has a rate below 0."""
+    return 2.0 * np.pi / max(abs(rate), 2.0 * np.pi / (LONGEST_COIL * diameter_px))
+
+
+def _over_a_coil(shown_px: np.ndarray, rate: float, diameter_px: float) -> np.ndarray:
     """The same (M,) without what goes to and fro within a coil."""
     if np.isnan(shown_px).any():  # nothing but knots
         return np.zeros_like(shown_px)
-    return smoothed(shown_px, np.pi / abs(rate))
+    return smoothed(shown_px, 0.5 * _coil_px(rate, diameter_px))
 
 
 def coil_rate(edges: Edges, low_px: float, high_px: float, diameter_px: float) -> float:
@@ -128,7 +134,7 @@ def _drawn(fit: HelixFit, p: np.ndarray, closed_over_px: float) -> np.ndarray:
     some coils of it."""
     p = p.copy()
     p[Y0] = p[SLOPE] = 0.0
-    count = int(DRAWN_COILS * 2.0 * np.pi / abs(p[KC]))
+    count = int(DRAWN_COILS * _coil_px(float(p[KC]), fit.diameter_px))
     edges = replace(fit, p=p).seen_edges(-0.5 * count, count)
     drawn = envelope_px(*edges, np.ones(count, dtype=bool), closed_over_px, fit.diameter_px)
     return np.clip(0.5 * (drawn - fit.diameter_px), 0.0, None)
@@ -143,7 +149,8 @@ def _as_shown(
     Told by the fit's own envelope, drawn over many coils, and by what is seen where it was fitted
     (K,): where lobes and coils keep step, all along shows what is only a part of the beat.
     """
-    drawn = _over_a_coil(_drawn(fit, fit.p, closed_over_px), float(fit.p[KC]))
+    drawn = _drawn(fit, fit.p, closed_over_px)
+    drawn = _over_a_coil(drawn, float(fit.p[KC]), fit.diameter_px)
     least, most = percentile(drawn, 5.0), percentile(drawn, 95.0)
     if beside_px.size:
         typical = median(beside_px)
