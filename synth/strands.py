@@ -1,9 +1,8 @@
 """The strands' centre lines in the rig's frame: x separator -> connector, y the holes' plane, z.
 
 Strategy: in the bundle each strand sits at its site, turned by the strand angle on the centre
-line's frame. Before the apex it runs from its hole as a cubic without curvature at the hole: the
-middle of those that share a hole runs on the straight tangent. Behind the plate it runs straight
-back.
+line's frame. Before the apex the middle of those that share a hole runs on the straight tangent,
+each beside it as it will lie in the bundle. Behind the plate they run straight back.
 """
 
 from __future__ import annotations
@@ -83,8 +82,18 @@ def strand_diameters_mm(settings: Settings, state: State) -> np.ndarray:
     return state.real.diameter_mm * (1.0 + spread * (wave - wave.mean()))
 
 
-def _assign(settings: Settings, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Start point (N, 2) in its hole, entry phase offset (N,) and site radius (N,)."""
+@dataclass(frozen=True)
+class _Entry:
+    """Of the strands: `start_mm` (N, 2) in their holes, `phase_rad` (N,) and `radius_mm` (N,) of
+    their sites at the apex, and `hole` (N,), which of the holes they share."""
+
+    start_mm: np.ndarray
+    phase_rad: np.ndarray
+    radius_mm: np.ndarray
+    hole: np.ndarray
+
+
+def _assign(settings: Settings, state: State) -> _Entry:
     sites = state.sites_mm
     holes = settings.actuator.holes
     centres = hole_centres_mm(settings, state.real.hole_distance_mm)
@@ -105,7 +114,7 @@ def _assign(settings: Settings, state: State) -> tuple[np.ndarray, np.ndarray, n
         inside = np.flatnonzero(hole_of == hole)
         if len(inside) > 1:
             start[inside] += _side_by_side(entry[inside], apart, widest)
-    return start, angle + turned, np.hypot(*sites.T)
+    return _Entry(start, angle + turned, np.hypot(*sites.T), hole_of)
 
 
 def _side_by_side(entry: np.ndarray, apart_mm: float, widest_mm: float) -> np.ndarray:
@@ -125,12 +134,9 @@ def _side_by_side(entry: np.ndarray, apart_mm: float, widest_mm: float) -> np.nd
 
 def strand_paths(settings: Settings, state: State) -> list[StrandPath]:
     """All strands of a state, contact resolved; S is the mirror image in z of Z."""
-    start, phase, radius = _assign(settings, state)
+    entry = _assign(settings, state)
     diameters = strand_diameters_mm(settings, state)
-    loose = [
-        _path(settings, state, i, start[i], phase[i], radius[i], diameters[i])
-        for i in range(len(radius))
-    ]
+    loose = [_path(settings, state, entry, i, diameters[i]) for i in range(len(diameters))]
     flat = 1.0 - settings.hidden.flattening
     zone = [path.points_mm[path.first : path.last + 1] for path in loose]
     return [
@@ -160,15 +166,10 @@ def site_scale(settings: Settings, state: State, number: int, x: np.ndarray) -> 
 
 
 def _path(
-    settings: Settings,
-    state: State,
-    number: int,
-    start: np.ndarray,
-    phase: float,
-    radius: float,
-    diameter: float,
+    settings: Settings, state: State, entry: _Entry, number: int, diameter: float
 ) -> StrandPath:
     line = state.line
+    phase, radius = entry.phase_rad[number], entry.radius_mm[number]
     if state.has_bundle:
         n1, n2 = smallest_rotation_frame(line.tangent)
         angle = line.chi_rad + phase
@@ -176,15 +177,13 @@ def _path(
         offset = reach[:, None] * (np.cos(angle)[:, None] * n1 + np.sin(angle)[:, None] * n2)
         centre = np.stack([line.x_mm, line.y_mm, line.z_mm], axis=1)
         bundle = centre + offset
-        rate = 2.0 * np.pi / state.pitch_mm
-        slope = reach[0] * rate * np.array([-np.sin(phase), np.cos(phase)])
-        leg = _leg(start, bundle[0, 1:], slope, bundle[0, 0])
+        leg = _leg(entry, number, float(bundle[0, 0]), reach[0] / radius, state.pitch_mm)
     else:
         end = radius * np.array([np.cos(phase), np.sin(phase)])
-        leg = _leg(start, end, (end - start) / state.zone_mm, state.zone_mm)
+        leg = _straight(entry.start_mm[number], end, state.zone_mm)
         bundle, offset = np.empty((0, 3)), np.empty((0, 3))
     steps = np.arange(-FEED_MM, -1e-9, 0.25)
-    feed = np.column_stack([steps, np.full_like(steps, start[0]), np.full_like(steps, start[1])])
+    feed = np.column_stack([steps, *np.outer(entry.start_mm[number], np.ones_like(steps))])
     last = bundle[-1] if len(bundle) else np.array([state.zone_mm, *end])
     tail = last + np.array([[TAIL_MM * 0.5, 0.0, 0.0], [TAIL_MM, 0.0, 0.0]])
     points = np.vstack([feed, leg, bundle[1:] if len(bundle) else bundle, tail])
@@ -214,10 +213,40 @@ def _path(
     )
 
 
-def _leg(start: np.ndarray, end: np.ndarray, slope: np.ndarray, length: float) -> np.ndarray:
-    """Cubic from `start` (zero curvature) to `end` with `slope` = d(y, z)/dx there."""
-    count = max(int(np.ceil(length / LEG_STEP_MM)), 2) + 1
-    t = np.linspace(0.0, 1.0, count)[:, None]
+def _leg(entry: _Entry, number: int, length: float, opened: float, pitch_mm: float) -> np.ndarray:
+    """Points (K, 3) from a strand's hole to the apex. The middle of those that share the hole runs
+    on a cubic (straight where that is the helix's tangent); beside it a strand lies as it will lie
+    in the bundle, and turns into its helix over the last eighth of a pitch."""
+    ends = (
+        opened * entry.radius_mm * np.stack([np.cos(entry.phase_rad), np.sin(entry.phase_rad)])
+    ).T
+    slopes = 2.0 * np.pi / pitch_mm * np.stack([-ends[:, 1], ends[:, 0]], axis=1)
+    share = entry.hole == entry.hole[number]
+    start, end, slope = (each[share].mean(axis=0) for each in (entry.start_mm, ends, slopes))
+    middle = _cubic(start, end, slope, length)
+    beside = _straight(entry.start_mm[number] - start, ends[number] - end, length)
+    over = min(pitch_mm / 8.0, length)
+    t = np.maximum((middle[:, :1] - length) / over + 1.0, 0.0)
+    turning = (
+        slopes[number] - slope - (ends[number] - end - entry.start_mm[number] + start) / length
+    )
+    beside[:, 1:] += (t**3 - t**2) * over * turning
+    return middle + beside * np.array([0.0, 1.0, 1.0])
+
+
+def _straight(start: np.ndarray, end: np.ndarray, length: float) -> np.ndarray:
+    """(K, 3) from `start` to `end` (2,) over a length of x."""
+    x = np.linspace(0.0, length, _points(length))[:, None]
+    return np.hstack([x, start + (end - start) / length * x])
+
+
+def _points(length: float) -> int:
+    return max(int(np.ceil(length / LEG_STEP_MM)), 2) + 1
+
+
+def _cubic(start: np.ndarray, end: np.ndarray, slope: np.ndarray, length: float) -> np.ndarray:
+    """(K, 3) from `start` (zero curvature) to `end` with `slope` = d(y, z)/dx there."""
+    t = np.linspace(0.0, 1.0, _points(length))[:, None]
     first = 1.5 * (end - start) - 0.5 * slope * length
     last = slope * length
     across = (
