@@ -73,6 +73,7 @@ def laid_along(
                 most = float(shown[here].max(initial=0.0))
                 wide = shown[here] * _unseen(fit, most, tight, twist, envelope.closed_over_px)
                 rate[here], radius[here] = tight, np.maximum(wide, radius[here])
+        radius *= _from_held_ends(s, edges.s_px[known], start_px, end_px)
     elif fit.coiled:
         radius[:] = float(fit.p[RC])
     length = np.sqrt(1.0 + (radius * rate) ** 2)
@@ -93,6 +94,14 @@ def _inside(s: np.ndarray, knots_px: list[tuple[float, float]], beyond: float = 
     return np.asarray((s >= ends[:, :1] - beyond) & (s <= ends[:, 1:] + beyond))
 
 
+def _from_held_ends(
+    s: np.ndarray, seen_px: np.ndarray, start_px: float, end_px: float
+) -> np.ndarray:
+    """Share (M,) of a coil's radius where it is not seen: legs and connector hold the axis."""
+    first, last = max(seen_px[0] - start_px, 1.0), max(end_px - seen_px[-1], 1.0)
+    return np.asarray(np.clip(np.minimum((s - start_px) / first, (end_px - s) / last), 0.0, 1.0))
+
+
 def _coil_px(rate: float, diameter_px: float) -> float:
     """Length of a coil along the axis. A fit against the strands' sense has a rate below 0."""
     return 2.0 * np.pi / max(abs(rate), 2.0 * np.pi / (LONGEST_COIL * diameter_px))
@@ -102,7 +111,7 @@ def _over_a_coil(shown_px: np.ndarray, rate: float, diameter_px: float) -> np.nd
     """The same (M,) without what goes to and fro within a coil."""
     if np.isnan(shown_px).any():  # nothing but knots
         return np.zeros_like(shown_px)
-    return smoothed(shown_px, 0.5 * _coil_px(rate, diameter_px))
+    return smoothed(shown_px, 0.25 * _coil_px(rate, diameter_px))
 
 
 def coil_rate(edges: Edges, low_px: float, high_px: float, diameter_px: float) -> float:
