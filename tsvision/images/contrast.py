@@ -11,6 +11,9 @@ from tsvision.images.strip import Strip
 
 OTHER_HUE = 4.0  # spreads of the ground's hue from which strings are of another
 SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are of several colours
+# Per cent of the samples on strands of several colours that may lie where two of them meet: there
+# yellow and blue make grey, and more so in the blur of thin strands.
+MIXED = 35.0
 ACROSS = 0.4  # of the ground's light: how far strings stand out across its colour, to rely on it
 DIM = 0.4  # of the core's light: a limb's
 ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
@@ -47,7 +50,7 @@ def _shadowless(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
     across = np.linalg.norm(away - (away @ unit)[:, None] * unit, axis=1)
     noise = np.median(np.linalg.norm(outer - (outer @ unit)[:, None] * unit, axis=1))
     strings = across[np.linalg.norm(away, axis=1) > 0.3 * np.linalg.norm(away, axis=1).max()]
-    enough = np.percentile(strings, 25.0) > max(ACROSS * np.linalg.norm(ground), 5.0 * noise)
+    enough = np.percentile(strings, MIXED) > max(ACROSS * np.linalg.norm(ground), 5.0 * noise)
     return unit.astype(np.float32) if enough else LUMA_BGR
 
 
