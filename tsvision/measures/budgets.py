@@ -17,8 +17,8 @@ from tsvision.records import FrameRow
 
 NAN = float("nan")
 ENDS_SD = 0.12  # turns: what lies between where apex and connector are seen and where they are
-# Of more than two strands each leg holds several, and the middle of what is seen of them is not the
-# middle of them (own renderer: the apex is seen a tenth too far with N = 6, less too near with 8).
+# Of more than two strands each leg holds several, side by side: in a blurred picture the middle of
+# what is seen of them is not the middle of them.
 LEGS_SD = 0.2
 RATE_SD = 0.007  # of the turns and the string between them, ...
 COIL_RATE_SD = 0.02  # ... and where they coil: the pitch's own share there

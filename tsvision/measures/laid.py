@@ -24,6 +24,7 @@ from tsvision.measures.spectrum import spectrum
 TIGHTEST, WIDEST = 0.8, 2.5  # pitches of a knot's coils, in D
 BEYOND = 0.3  # D on either side of a knot, where its coils begin
 LEAST_RADIUS = 0.05  # of D: thinner coils are not read from the envelope
+BEAT = 5.0, 95.0  # per cent of a coil's envelope that reach less, from one side
 LONGEST_COIL = 10.0  # D: what is slower is no coil
 DRAWN_COILS = 12.0  # of a fit: all phases in which coils and strands' lobes meet
 
@@ -160,7 +161,7 @@ def _as_shown(
     """
     drawn = _drawn(fit, fit.p, closed_over_px)
     drawn = _over_a_coil(drawn, float(fit.p[KC]), fit.diameter_px)
-    least, most = percentile(drawn, 5.0), percentile(drawn, 95.0)
+    least, most = (percentile(drawn, share) for share in BEAT)
     if beside_px.size:
         typical = median(beside_px)
         least, most = min(least, typical), max(most, typical)
