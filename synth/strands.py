@@ -224,14 +224,12 @@ def _leg(entry: _Entry, number: int, length: float, opened: float, pitch_mm: flo
     share = entry.hole == entry.hole[number]
     start, end, slope = (each[share].mean(axis=0) for each in (entry.start_mm, ends, slopes))
     middle = _cubic(start, end, slope, length)
-    beside = _straight(entry.start_mm[number] - start, ends[number] - end, length)
+    first, last = entry.start_mm[number] - start, ends[number] - end
+    beside = _straight(first, last, length)[:, 1:]
     over = min(pitch_mm / 8.0, length)
     t = np.maximum((middle[:, :1] - length) / over + 1.0, 0.0)
-    turning = (
-        slopes[number] - slope - (ends[number] - end - entry.start_mm[number] + start) / length
-    )
-    beside[:, 1:] += (t**3 - t**2) * over * turning
-    return middle + beside * np.array([0.0, 1.0, 1.0])
+    turning = slopes[number] - slope - (last - first) / length
+    return np.hstack([middle[:, :1], middle[:, 1:] + beside + (t**3 - t**2) * over * turning])
 
 
 def _straight(start: np.ndarray, end: np.ndarray, length: float) -> np.ndarray:
