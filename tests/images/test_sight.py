@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 from tsvision.images.candidates import Trial, could_cast, settle, swallows
-from tsvision.images.contrast import many_coloured
+from tsvision.images.contrast import _shadowless, many_coloured
 from tsvision.images.curve import find_curve
+from tsvision.images.linear import LUMA_BGR
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.shadow import find_shadow
 from tsvision.images.sight import Sight, find_sight
@@ -207,3 +208,21 @@ def test_two_colours_are_told_on_a_ground_of_uneven_brightness() -> None:
     # A speck of each colour on an axis that runs over the ground is no string.
     specks = np.concatenate([seen(blue, 60), seen(yellow, 60), seen(concrete, 680)])
     assert not many_coloured(specks, ground)
+
+
+@pytest.mark.parametrize(("grey", "by_hue"), [(0.3, True), (0.5, False)])
+def test_strands_whose_mixture_is_grey_are_told_by_hue(grey: float, by_hue: bool) -> None:
+    """Yellow beside blue on concrete: up to a third of thin strands is where they meet. Where half
+    of what is seen is grey one of them may be, and light has to count too."""
+    g = np.random.default_rng(3)
+
+    def seen(colour: tuple[float, float, float], share: float, dim: float) -> np.ndarray:
+        light = g.uniform(dim, 1.0, (int(1000 * share), 1))
+        return light * np.array(colour) + 0.003 * g.standard_normal((len(light), 3))
+
+    blue, yellow, mixture = (0.45, 0.25, 0.10), (0.12, 0.40, 0.42), (0.29, 0.33, 0.26)
+    each = 0.5 * (1.0 - grey)
+    strings = [seen(blue, each, 0.8), seen(yellow, each, 0.8), seen(mixture, grey, 0.8)]
+    ground = seen((0.18, 0.18, 0.18), 2.0, 0.8)
+    weights = _shadowless(np.concatenate(strings), ground)
+    assert np.array_equal(weights, LUMA_BGR) != by_hue

@@ -151,3 +151,32 @@ def test_light_on_the_flanks_of_a_coil_does_not_move_the_diameter() -> None:
     )
     assert least < 0.85 * by_normal < 0.85 * alike
     assert abs(found.fit.diameter_px - DIAMETER_PX) < 0.5 * alike
+
+
+def test_coils_that_were_not_found_are_sought_again_where_the_middle_swings_more(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A straight bundle whose middle sways by 0.04 D: one search, none for as much again."""
+    lit, _ = dark_below(0.0, 0)
+    sway = np.sin(np.linspace(0.0, 3.0 * np.pi, 241))
+
+    def swaying(by_d: float) -> Edges:
+        off = np.sqrt(2.0) * by_d * DIAMETER_PX * sway
+        return replace(lit, upper_px=lit.upper_px + off, lower_px=lit.lower_px + off)
+
+    straight = fit_window(lit, pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN)
+    assert straight is not None and not straight.fit.coiled
+    asked: list[float] = []
+
+    def none_found(part: Edges, *_: object) -> object:
+        asked.append(bundle.swing_px(part) / DIAMETER_PX)
+        return straight.fit
+
+    monkeypatch.setattr(bundle, "_searched", none_found)
+    monkeypatch.setattr(bundle, "_holds", lambda warm, before: True)
+    before = straight
+    for by_d in (0.04, 0.04, 0.042, 0.06):
+        found = fit_window(swaying(by_d), pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN, before)
+        assert found is not None
+        before = found
+    assert len(asked) == 2 and asked[1] > 1.4 * asked[0]

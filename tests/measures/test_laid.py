@@ -110,6 +110,23 @@ def test_an_even_coil_whose_crests_meet_the_strands_lobes_now_and_then(pitch_px:
         assert seen.bundle_px == pytest.approx(length, rel=0.01)
 
 
+def test_what_is_not_seen_of_a_coil_begins_on_the_axis() -> None:
+    """Legs and connector hold it: the first and last 60 px are not seen."""
+    s = np.arange(600.0)
+    radius = 5.0 * np.clip(np.minimum(s, 599.0 - s) / 60.0, 0.0, 1.0)
+    rate = np.full(600, 2.0 * np.pi / 38.0)
+    fit = fit_of(5.0, float(rate[0]))
+    up, low = model_edges(fit.p, fit.section, -100.0, 600)
+    ones = np.ones(600)
+    envelope = envelope_of(up, low)
+    envelope.px[:60] = envelope.px[540:] = np.nan
+    found = BundleFit(fit, 100.0, 300.0)
+    seen = laid_along(found, Edges(s, up, low, ones, ones), envelope, [], 0.0, 599.0)
+    length = float(np.hypot(1.0, radius * rate).sum())
+    assert seen.bundle_px == pytest.approx(length, rel=0.01)
+    assert seen.bundle_px < 0.97 * float(np.hypot(1.0, 5.0 * rate).sum())
+
+
 def test_a_coil_against_the_strands_sense_takes_turns_away() -> None:
     """A fit to noise may find one: it is counted, not stumbled over."""
     fit = fit_of(5.0, -2.0 * np.pi / 38.0)
