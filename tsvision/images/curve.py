@@ -13,31 +13,24 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from scipy.interpolate import LSQUnivariateSpline
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import dijkstra
 
 from tsvision.images.axis import find_ridges
 from tsvision.images.candidates import line_of_ridge
-from tsvision.images.colour import Ground, colour_contrast, learn_ground
+from tsvision.images.colour import Ground, learn_ground
 from tsvision.images.contrast import straight_contrast
-from tsvision.images.ground import above_ground
-from tsvision.images.linear import LUMA_BGR, project, to_linear
+from tsvision.images.cord import SHORTEST_WIDTHS, cord_contrast, cord_map, core_mask, follow
+from tsvision.images.linear import LUMA_BGR, to_linear
 from tsvision.images.masks import leg_columns, mask_level, single_columns, string_mask
 from tsvision.images.sight import SEARCH_PX, Sight
+from tsvision.images.spline import KNOT_WIDTHS, arc_of, smooth, spline_axis
 from tsvision.images.strip import Axis, cut_strip, straight_axis
 
 FOLLOW_PX = 480  # long side of the picture in which the cord is followed
-LEVEL = 0.35  # share of the core's contrast at which strings begin
-KNOT_WIDTHS = 4.0  # the axis' knots lie so many widths apart
-BOW_WIDTHS = 8.0  # and these when it is asked whether the axis bows
+BOW_WIDTHS = 8.0  # between the axis' knots when it is asked whether it bows
 ALONG = 0.5  # of the length that a cord lies on the straight axis: the least that is followed
 BOWED = 0.5  # widths off the chord from which an axis counts as curved
 SURELY_STRAIGHT = 0.3  # widths in the small picture below which no closer look is needed
-SHORTEST_WIDTHS = 4.0
-FIBRE = 0.35  # of the width: what is thinner is no strand of the core
 LEGS_WIDTHS = 2.0  # length of legs that makes a bundle a taut one
-EDGE = 0.5  # share of the core's contrast at which the cord ends at full size, fuzz left out
 
 
 @dataclass(frozen=True)
@@ -124,15 +117,15 @@ def _find_on(
     # Strands of several colours show in no one weighted sum of channels.
     grounds = [coloured] if coloured is None or sight.by_distance else [coloured, None]
     for ground in grounds:
-        maps = [_cord_map(p, line, sight, factor, ground) for p in linears]
-        path = _follow(np.median(maps, axis=0), line, ground is not None)
+        maps = [cord_map(p, line, sight, factor, ground) for p in linears]
+        path = follow(np.median(maps, axis=0), line, ground is not None)
         if path is None:
             continue
         points, width = path[0] / factor, path[1] / factor
-        if float(_arc(points)[-1]) < ALONG * least_px:
+        if float(arc_of(points)[-1]) < ALONG * least_px:
             continue  # a piece of something, where the straight line sees more
         points += 0.5 / factor - 0.5 + np.array([x0, y0])
-        axis = _spline_axis(points, width)
+        axis = spline_axis(points, width)
         rough = Curve(
             axis, width, 0.0, axis.length_px, _bow(axis, axis.arc_px, width, sight, bundle), ground,
             _alike(axis, sight, 0.5 * axis.length_px, width),
@@ -200,33 +193,6 @@ def _bundle_range(
     return -np.inf, (first - margin) / factor
 
 
-def cord_contrast(
-    values: np.ndarray, weights: np.ndarray, ground: Ground | None, width_px: float
-) -> np.ndarray:
-    """Contrast (R, M) of a strip's linear light (R, M) or (R, M, 3), core about 1."""
-    if ground is not None:
-        return colour_contrast(values, ground)
-    signal = project(values, weights)
-    contrast = above_ground(signal, 0.9 * width_px)
-    half = values.shape[0] // 2
-    core = contrast[np.abs(np.arange(-half, half + 1)) <= max(0.2 * width_px, 1.0)]
-    level = float(np.nanmedian(core)) if np.isfinite(core).any() else 1.0
-    return contrast / (level if abs(level) > 1e-6 else 1e-6)
-
-
-def core_mask(contrast: np.ndarray, width_px: float, coloured: bool) -> np.ndarray:
-    """Where the cord's core lies in a strip's contrast: uint8 0/1, same shape.
-
-    Fibres thinner than a third of the width, and meshes of them, are opened away before the
-    valleys between strands are closed: closing first would fill the meshes. Plies of two colours
-    are unlike the ground by unlike amounts, so that colour counts from a lower level on.
-    """
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (max(int(FIBRE * width_px), 1) | 1,) * 2)
-    mask = (contrast > (LEVEL if coloured else EDGE)).astype(np.uint8)
-    opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, disc)
-    return cv2.morphologyEx(opened, cv2.MORPH_CLOSE, disc)
-
-
 def _small(part: np.ndarray, factor: float) -> np.ndarray:
     if factor >= 1.0:
         return part
@@ -237,145 +203,6 @@ def _in_part(axis: Axis, x0: float, y0: float, factor: float) -> np.ndarray:
     """Points (K, 2) of the straight axis in the small picture, one px apart."""
     s = np.arange(0.0, axis.length_px, 1.0 / factor)
     return (axis.at(s) - np.array([x0, y0]) + 0.5) * factor - 0.5
-
-
-def _cord_map(
-    linear: np.ndarray, line: np.ndarray, sight: Sight, factor: float, ground: Ground | None
-) -> np.ndarray:
-    """How much each px of a small picture looks like the cord, core about 1."""
-    if ground is not None:
-        return colour_contrast(linear, ground).astype(np.float32)
-    signal = cv2.GaussianBlur(sight.sense * project(linear, sight.weights), (0, 0), 0.8)
-    size = int(2.0 * sight.width_px * factor) | 1
-    stands_out = cv2.morphologyEx(signal, cv2.MORPH_TOPHAT, np.ones((size, size), np.uint8))
-    h, w = signal.shape
-    at = np.round(line).astype(int)
-    at = at[(at[:, 0] >= 0) & (at[:, 0] < w) & (at[:, 1] >= 0) & (at[:, 1] < h)]
-    # The line may lie on a bowed cord for a fifth of its way only.
-    along = np.percentile(stands_out[at[:, 1], at[:, 0]], [80.0, 95.0]) if len(at) else (0.0, 0.0)
-    level = float(max(along[0], 0.8 * along[1]))
-    return stands_out / max(level, 1e-6)
-
-
-def _follow(cord: np.ndarray, line: np.ndarray, anywhere: bool) -> tuple[np.ndarray, float] | None:
-    """Points (K, 2) along the middle of the map's best piece from end to end, and its width.
-
-    anywhere: the piece need not lie on the line (coloured strings, whose shadow may have been
-    taken for them)."""
-    over = (cord > LEVEL).astype(np.uint8)
-    mask: np.ndarray = cv2.morphologyEx(over, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-    piece = _piece(mask, line, anywhere)
-    if piece is None:
-        return None
-    depth = _depth(piece)
-    width = 2.0 * float(np.percentile(depth[piece > 0], 90.0))
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (max(int(0.45 * width), 1) | 1,) * 2)
-    piece = _piece(
-        cv2.morphologyEx(_bordered(piece), cv2.MORPH_OPEN, kernel)[8:-8, 8:-8], line, anywhere
-    )
-    if piece is None:
-        return None
-    depth = _depth(piece)
-    ys, xs = np.nonzero(piece)
-    path = _longest_path(xs, ys, depth[ys, xs], piece.shape)
-    width = 2.0 * float(np.median(depth[ys[path], xs[path]]))
-    if len(path) < SHORTEST_WIDTHS * width:
-        return None
-    return np.stack([xs[path], ys[path]], axis=1).astype(float), width
-
-
-def _bordered(piece: np.ndarray) -> np.ndarray:
-    """The piece carried on beyond the picture's border, where it is cut and does not end."""
-    return cv2.copyMakeBorder(piece, 8, 8, 8, 8, cv2.BORDER_REPLICATE)
-
-
-def _depth(piece: np.ndarray) -> np.ndarray:
-    """Distance of every px to the piece's edge; the picture's border is no edge."""
-    return cv2.distanceTransform(_bordered(piece), cv2.DIST_L2, 5)[8:-8, 8:-8]
-
-
-def _piece(mask: np.ndarray, line: np.ndarray, anywhere: bool) -> np.ndarray | None:
-    """The connected piece, holes filled, that lies most along the line; None without any."""
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-    if count < 2:
-        return None
-    near = np.zeros(mask.shape, np.uint8)
-    cv2.polylines(near, [np.round(line).astype(np.int32)], False, 1, 3)
-    on_line = np.bincount(labels[near > 0], minlength=count).astype(float)
-    long = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
-    score = on_line + 0.5 * long * ((on_line > 0) | anywhere)
-    score[0] = 0.0
-    best = int(np.argmax(score))
-    if score[best] <= 0:
-        return None
-    piece = (labels == best).astype(np.uint8)
-    outlines = cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
-    return cv2.drawContours(np.zeros_like(piece), outlines, -1, 1, cv2.FILLED)
-
-
-def _longest_path(
-    xs: np.ndarray, ys: np.ndarray, depth: np.ndarray, shape: tuple[int, ...]
-) -> np.ndarray:
-    """Indices of the px along the cheapest way between the two ends farthest apart, where px near
-    the edge cost more (a geodesic along the middle)."""
-    number = np.full(shape, -1)
-    number[ys, xs] = np.arange(xs.size)
-    middle = float(np.percentile(depth, 90.0))
-    cost = (middle / np.maximum(depth, 0.5)) ** 2
-    rows, columns, costs = [], [], []
-    for dx, dy in ((1, 0), (0, 1), (1, 1), (1, -1)):
-        x, y = xs + dx, ys + dy
-        inside = (x < shape[1]) & (y >= 0) & (y < shape[0])
-        a = np.flatnonzero(inside)
-        b = number[y[a], x[a]]
-        a, b = a[b >= 0], b[b >= 0]
-        rows.append(a)
-        columns.append(b)
-        costs.append(np.hypot(dx, dy) * 0.5 * (cost[a] + cost[b]))
-    a, b, c = (np.concatenate(v) for v in (rows, columns, costs))
-    graph = coo_matrix((c, (a, b)), shape=(xs.size, xs.size)).tocsr()
-    far = dijkstra(graph, directed=False, indices=int(np.argmax(depth)))
-    one = int(np.argmax(np.where(np.isfinite(far), far, -1.0)))
-    far, before = dijkstra(graph, directed=False, indices=one, return_predecessors=True)
-    at = int(np.argmax(np.where(np.isfinite(far), far, -1.0)))
-    path = []
-    while at >= 0:
-        path.append(at)
-        at = int(before[at])
-    return np.array(path)
-
-
-def _arc(points: np.ndarray) -> np.ndarray:
-    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-
-
-def smooth(s: np.ndarray, y: np.ndarray, weight: np.ndarray, spacing: float) -> LSQUnivariateSpline:
-    """Cubic spline through y(s) with knots at least `spacing` apart, outliers weighted down."""
-    pieces = max(int((s[-1] - s[0]) / spacing), 1)
-    knots = np.linspace(s[0], s[-1], pieces + 1)[1:-1]
-    held = np.diff(np.searchsorted(s, np.concatenate([[s[0]], knots, [s[-1] + 1.0]]))) > 5
-    knots = knots[held[:-1] & held[1:]]  # a gap without points cannot hold a piece of its own
-    w = weight.copy()
-    spline = LSQUnivariateSpline(s, y, knots, w=w, k=3)
-    for _ in range(6):
-        r = y - spline(s)
-        scale = 2.0 * 1.4826 * float(np.median(np.abs(r))) + 1e-3
-        w = weight / (1.0 + (r / scale) ** 2) + 1e-6
-        spline = LSQUnivariateSpline(s, y, knots, w=w, k=3)
-    return spline
-
-
-def _spline_axis(points: np.ndarray, width: float) -> Axis:
-    """Axis in arc length through noisy points (K, 2), left to right or top to bottom."""
-    arc = _arc(points)
-    grid = np.linspace(0.0, arc[-1], max(int(arc[-1] / 2.0), 8))
-    one = np.ones(arc.size)
-    spacing = KNOT_WIDTHS * width
-    even = np.stack([smooth(arc, points[:, i], one, spacing)(grid) for i in (0, 1)], axis=1)
-    across = even[-1] - even[0]
-    if across[0] < 0 if abs(across[0]) > 0.5 * np.linalg.norm(across) else across[1] < 0:
-        even = even[::-1]
-    return Axis(np.ascontiguousarray(even), _arc(even))
 
 
 @dataclass(frozen=True)
@@ -454,7 +281,7 @@ def _settle(
         offset = middle(held) + (grid - held) * middle.derivative()(held)
         t = axis.tangent(grid)
         points = axis.at(grid) + offset[:, None] * np.stack([-t[:, 1], t[:, 0]], axis=1)
-        axis = Axis(points, _arc(points))
+        axis = Axis(points, arc_of(points))
     runs = _runs(axis, width, full, sight, ground, box)
     first, last = _stretch(runs.core, int(1.2 * width))
     start, end = float(runs.s[first]), float(runs.s[last])

@@ -15,9 +15,11 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, grey_opening, median_filter
 
 from tsvision.images.colour import log_chromaticity
-from tsvision.images.curve import KNOT_WIDTHS, Curve, cord_contrast, core_mask, smooth
+from tsvision.images.cord import cord_contrast, core_mask
+from tsvision.images.curve import Curve
 from tsvision.images.linear import LUMA_BGR, project, to_linear
 from tsvision.images.sight import Sight
+from tsvision.images.spline import KNOT_WIDTHS, smooth
 from tsvision.images.strip import cut_strip
 from tsvision.measures.stripes import Stripes, coarse_slope, find_stripes
 
