@@ -16,7 +16,7 @@ from tsvision.measures.recording import Measurer
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import TEMPLATE_GRID_PX
 from tsvision.measures.shading_fit import fit_shading
-from tsvision.measures.shape import UNKNOWN, Shape, shape_of
+from tsvision.measures.shape import UNKNOWN, Shape, hidden_px, shape_of
 from tsvision.measures.silhouette import EDGE, PHI, RHO, STRAIGHT, K, model_edges
 from tsvision.records import Rig, Strings, View
 
@@ -132,3 +132,24 @@ def test_a_few_widths_that_scatter_leave_few_degrees_of_freedom(
     told = shape_of([fitted(2, off, at) for off, at in zip(outside_px, phases, strict=True)], 0.0)
     assert np.isinf(told.freedom) == is_known
     assert is_known or told.freedom < 10.0
+
+
+def with_a_border(rough_px: float) -> tuple[Edges, BundleFit]:
+    """Two strands whose lower edges lie 2 px too far in, and along neither outline nor line: off by
+    `rough_px` to and fro, over stretches of 12 px."""
+    edges, found = fitted(2, 0.0, 0.9)
+    to_and_fro = rough_px * np.where(np.arange(301) % 24 < 12, 1.0, -1.0)
+    lit = replace(edges, lower_px=edges.lower_px + 2.0 + to_and_fro)
+    held = tuple(i for i in STRAIGHT if i != EDGE)
+    return lit, replace(found, fit=fit_helix(lit, found.fit.section, found.fit.p, held))
+
+
+def test_what_a_border_of_light_hides_is_known_by_the_outline_of_the_other_side() -> None:
+    """The limb beyond the border of what is lit is ground to the eye; such edges run roughly."""
+    assert hidden_px([]) == 0.0
+    assert hidden_px([fitted(2, 0.0, phase) for phase in (0.2, 0.9)]) == 0.0
+    assert hidden_px([fitted(2, -1.0, phase) for phase in (0.2, 0.9)]) == 0.0  # as far in, but even
+    border, strand_px = with_a_border(1.2), 0.25 * DIAMETER_PX
+    missing = DIAMETER_PX - border[1].fit.diameter_px
+    assert missing > 0.5
+    assert 0.5 * missing < hidden_px([border]) <= 0.6 * strand_px

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,12 @@ import pytest
 
 from tsvision.measures.section import has_room, pair_core
 from tsvision.measures.shading import LAMPS_RAD, Shading, make_shading, plain_shading
-from tsvision.measures.uncertainty import diameter_sd_px, limb_unseen, pitch_sd_px
+from tsvision.measures.uncertainty import (
+    diameter_sd_px,
+    limb_unseen,
+    pitch_sd_px,
+    rests_on_shape,
+)
 
 
 def fit_of(strands: int, coiled: bool) -> SimpleNamespace:
@@ -62,3 +68,12 @@ def test_a_limb_in_the_dark_is_told_by_the_diameter_s_uncertainty() -> None:
         for a in (0.0, 0.2)
     )
     assert beside == pytest.approx(np.hypot(around, 0.06 * 20.0), rel=0.01)
+
+
+def test_a_frame_says_so_where_light_tells_the_width_no_better_than_the_shape_does() -> None:
+    upper, lower = lit_from(67.5, 0.2)
+    assert not rests_on_shape((upper, lower), 20.0)
+    unsure = (replace(upper, place_sd_px=0.7), replace(lower, place_sd_px=0.7))
+    assert rests_on_shape(unsure, 20.0)
+    assert not rests_on_shape(unsure, 40.0)
+    assert rests_on_shape(lit_from(67.5, 0.0), 40.0)

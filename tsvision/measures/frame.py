@@ -24,7 +24,7 @@ from tsvision.measures.legs import apex_from_legs
 from tsvision.measures.looks import Looks
 from tsvision.measures.outline import add_outline
 from tsvision.measures.silhouette import KC, K
-from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, limb_unseen, pitch_sd_px
+from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px, rests_on_shape
 from tsvision.measures.unmatched import with_outline
 from tsvision.measures.weigh import unsure
 from tsvision.measures.width import width_between_knots, width_sd_px
@@ -188,7 +188,7 @@ def _bundle_values(
     section = looks.section
     if unsure(fit):
         flags |= Flag.COIL_UNSURE
-    if limb_unseen(looks.shading):
+    if rests_on_shape(looks.shading, d):
         flags |= Flag.LIMB_UNSEEN
     outer = section.radius_d.max() / (0.5 * section.diameter_d)
     lay = float(np.arctan(tan_beta * outer))

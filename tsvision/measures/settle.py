@@ -27,9 +27,9 @@ from tsvision.measures.cut import Cut, black_of, edge_profiles, find_edges
 from tsvision.measures.helix import Edges
 from tsvision.measures.shading import Shading
 from tsvision.measures.shading_fit import fit_shading
-from tsvision.measures.shape import shape_of, trust_of
+from tsvision.measures.shape import hidden_px, shape_of, trust_of
 from tsvision.measures.silhouette import Section
-from tsvision.measures.uncertainty import light_sd_px
+from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR, light_sd_px
 from tsvision.measures.weigh import POOR
 from tsvision.measures.windows import learning_windows
 
@@ -45,7 +45,8 @@ class EdgeLook:
     """shading of the upper and lower edge; diameter_px of the bundles fitted; trust: how much
     either edge counts in a fit; steady: whether the frames are equally sharp; places_px: where the
     last round saw the true edges, inside (> 0) those found by the look before it; strain: how far
-    off, in squares of their sd, light and the outline's shape each found the bundles fitted."""
+    off, in squares of their sd, light and the outline's shape each found the bundles fitted;
+    hidden_px: how much of the width may lie beyond edges that are no strand's."""
 
     shading: tuple[Shading, Shading]
     diameter_px: float
@@ -53,6 +54,7 @@ class EdgeLook:
     steady: bool = True
     places_px: tuple[float, float] = (0.0, 0.0)
     strain: float = 0.0
+    hidden_px: float = 0.0
 
     @property
     def moved_px(self) -> float:
@@ -62,6 +64,11 @@ class EdgeLook:
 
 def settle(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
     """The look of the edges in some frames, from what a first glance took them for."""
+    look = _settled(cuts, section, first)
+    return _less_sure(look, look.hidden_px / (EDGE_MODEL_FACTOR * np.sqrt(2.0)))
+
+
+def _settled(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
     looks = [first]
     for turn in range(1, ROUNDS[2] + 1):
         if turn > ROUNDS[1] and not looks[-1].moved_px < looks[-2].moved_px:
@@ -81,7 +88,13 @@ def _unstrained(looks: list[EdgeLook]) -> EdgeLook:
         replace(s, place_sd_px=now.place_sd_px)
         for s, now in zip(look.shading, under.shading, strict=True)
     )
-    found = replace(under, shading=(upper, lower), trust=look.trust, steady=look.steady)
+    found = replace(
+        under,
+        shading=(upper, lower),
+        trust=look.trust,
+        steady=look.steady,
+        hidden_px=look.hidden_px,
+    )
     return _less_sure(found, found.moved_px)
 
 
@@ -122,6 +135,7 @@ def _shifted(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
             shading=(upper, lower),
             diameter_px=found.diameter_px - sum(found.places_px),
             trust=found.trust,
+            hidden_px=found.hidden_px,
         )
     return _less_sure(moved, found.moved_px)
 
@@ -166,7 +180,15 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
     upper_px, lower_px = map(float, places_px)
     strain = (float(places_px.sum()) / max(light_sd_px((upper, lower)), SUREST_PX)) ** 2
     strain += (shape.width_px / shape.sd_px) ** 2
-    return EdgeLook((upper, lower), diameter, trust_of(each), steady, (upper_px, lower_px), strain)
+    return EdgeLook(
+        (upper, lower),
+        diameter,
+        trust_of(each),
+        steady,
+        (upper_px, lower_px),
+        strain,
+        hidden_px(each),
+    )
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from scipy.stats import t as student_t
 from tsvision.measures.bundle import BundleFit, usable
 from tsvision.measures.helix import Edges, HelixFit, fit_helix
 from tsvision.measures.shading import PLACE_RANGE_PX
-from tsvision.measures.silhouette import COILED, STRAIGHT
+from tsvision.measures.silhouette import COILED, RHO, STRAIGHT
 from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR
 
 SHARE = 0.035  # of D: how far strands that are not rigid circles lead astray
@@ -29,6 +29,11 @@ CONTRADICTED = 0.023  # chance: two sd of a width whose sd is known
 UNTOLD_PX = 1e3
 BLUNT = 0.5  # of a strand's radius: what is known no better contradicts no light
 FINEST_PX = 0.05  # residuals below which sides are equally good
+# Where a limb that sends no light is taken for ground, what is outlined there is the border of what
+# is lit. It keeps to no outline: its edges lie off that by such shares of a strand's radius, from
+# which on it is likely and at which it is sure (path-traced limbs, all seen, up to 0.07).
+UNLIKE, UNLIKELY = 0.07, 0.11
+HIDDEN = 0.6  # of a strand's radius, by which what such a border hides is known beforehand
 
 
 @dataclass(frozen=True)
@@ -67,15 +72,11 @@ UNKNOWN = Shape(0.0, UNTOLD_PX)
 def shape_of(fitted: list[tuple[Edges, BundleFit]], blur_px: float) -> Shape:
     """From the edges of some frames, so blurred, and the bundles fitted to them with the edges
     held."""
-    wider, own = [], []
-    for part, fit in _usable(fitted):
-        upper, lower = _trust(part, fit)
-        smooth = replace(part, trust=(upper**2, lower**2))  # the width is no longer held by both
-        free = fit_helix(smooth, fit.section, fit.p, COILED if fit.coiled else STRAIGHT)
-        wider.append(fit.diameter_px - free.diameter_px)
-        own.append(free.diameter_px_sd)
-    if not wider:
+    freed = [(fit, _freed(part, fit)) for part, fit in _usable(fitted)]
+    if not freed:
         return UNKNOWN
+    wider = [fit.diameter_px - free.diameter_px for fit, free in freed]
+    own = [free.diameter_px_sd for _, free in freed]
     seen, expected = 1.25 * float(np.std(wider)), WIDENED * float(np.median(own))
     scatter = max(seen, expected) / np.sqrt(len(wider))
     width = float(np.median([found.fit.diameter_px for _, found in fitted]))
@@ -97,24 +98,52 @@ def trust_of(fitted: list[tuple[Edges, BundleFit]]) -> tuple[float, float]:
     return float(upper), float(lower)
 
 
+def hidden_px(fitted: list[tuple[Edges, BundleFit]]) -> float:
+    """How much of the width may lie beyond edges that are no strand's: by how much the shape told
+    by the other side differs, where one side's edges keep to no outline; 0 where both do."""
+    parts = _usable(fitted)
+    if not parts:
+        return 0.0
+    rough = max(np.median([_roughness_px(part, fit) for part, fit in parts], axis=0))
+    strand = float(np.median([fit.p[RHO] for _, fit in parts]))
+    likely = np.clip((rough / strand - UNLIKE) / (UNLIKELY - UNLIKE), 0.0, 1.0)
+    if likely == 0.0:
+        return 0.0
+    off = np.median([_freed(part, fit).diameter_px - fit.diameter_px for part, fit in parts])
+    return float(likely * min(abs(off), HIDDEN * strand))
+
+
 def _usable(fitted: list[tuple[Edges, BundleFit]]) -> list[tuple[Edges, HelixFit]]:
     """The edges that each bundle was fitted to, where both sides show enough of them."""
     parts = [(edges.window(found.s_low_px, found.s_high_px), found.fit) for edges, found in fitted]
     return [(part, fit) for part, fit in parts if usable(part)]
 
 
+def _freed(part: Edges, fit: HelixFit) -> HelixFit:
+    """The fit with its width no longer held by both sides."""
+    upper, lower = _trust(part, fit)
+    smooth = replace(part, trust=(upper**2, lower**2))
+    return fit_helix(smooth, fit.section, fit.p, COILED if fit.coiled else STRAIGHT)
+
+
 def _trust(part: Edges, fit: HelixFit) -> tuple[float, float]:
     """Where a limb's light ends depends on where the strands around it lie: it does not follow the
     outline. Such edges are off together over a lobe or two, and count less than as the square."""
+    rough = _roughness_px(part, fit)
+    best = max(min(rough), FINEST_PX)
+    up, low = (best / max(r, best) for r in rough)
+    return up, low
+
+
+def _roughness_px(part: Edges, fit: HelixFit) -> tuple[float, float]:
+    """How far the upper and the lower edge lie, typically, from the outline fitted to both."""
     z0 = 0.5 * float(part.s_px[0] - part.s_px[-1])
     upper, lower = fit.seen_edges(z0, part.s_px.size)
-    rough = [
+    up, low = (
         float(np.median(np.abs(seen - model)[weight > 0])) if (weight > 0).any() else np.inf
         for seen, model, weight in (
             (part.upper_px, upper, part.upper_weight),
             (part.lower_px, lower, part.lower_weight),
         )
-    ]
-    best = max(min(rough), FINEST_PX)
-    up, low = (best / max(r, best) for r in rough)
+    )
     return up, low

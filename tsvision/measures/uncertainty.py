@@ -71,6 +71,11 @@ def limb_unseen(shading: tuple[Shading, Shading]) -> bool:
     return dark < UNSEEN_LIMB and bright > LAMP_BESIDE
 
 
+def rests_on_shape(shading: tuple[Shading, Shading], diameter_px: float) -> bool:
+    """Whether light tells D no better than the outline's shape does where one limb is dark."""
+    return limb_unseen(shading) or light_sd_px(shading) > UNSEEN_DIAMETER * diameter_px
+
+
 def diameter_sd_px(fit: HelixFit, shading: tuple[Shading, Shading]) -> float:
     """Standard uncertainty of D in px."""
     own = float(np.hypot(fit.diameter_px_sd * np.sqrt(_widening(fit)), edge_model_sd_px(shading)))
