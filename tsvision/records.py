@@ -141,9 +141,10 @@ class KnotSighting:
 @dataclass(frozen=True)
 class Profile:
     """Silhouette along the axis: all arrays (M,). `upper_px`/`lower_px` are signed distances of
-    the two edges from the axis along n = (-u_y, u_x), u from the separator to the connector;
-    `envelope_mm` is E(s), the outer diameter about the zone's straight axis. Where the axis itself
-    bows, `axis_x_px` and `axis_y_px` are its points in the picture; None where it is straight."""
+    the two edges from the axis along n = (-u_y, u_x), u from the separator to the connector, NaN
+    where an edge is not seen; `envelope_mm` is E(s), the outer diameter about the zone's straight
+    axis. Where the axis itself bows, `axis_x_px` and `axis_y_px` are its points in the picture;
+    None where it is straight."""
 
     s_mm: np.ndarray
     s_px: np.ndarray

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -170,3 +171,17 @@ def test_a_strand_that_is_seen_less_well_is_no_coil(period: float, coiled: bool)
         at = looks(by_distance=by_distance)
         swing = add_outline(row, edges, at, near, None, float("nan")).row.coil_amplitude_px
         assert (swing > 0.05 * D) == (coiled or not by_distance)
+
+
+def test_an_edge_that_is_not_seen_is_no_edge_on_the_axis() -> None:
+    """Its place is unknown, and so is the width there; the envelope goes on."""
+    plain = drawn([])
+    hidden = np.where((plain.s_px > 250.0) & (plain.s_px < 280.0), 0.0, 1.0)
+    blind = replace(plain, upper_px=plain.upper_px * hidden, upper_weight=hidden)
+    profile = seen(blind, looks()).profile
+    assert profile is not None
+    gone = (profile.s_px > 250.0) & (profile.s_px < 280.0)
+    assert gone.sum() == 29
+    for values in (profile.upper_px, profile.width_mm):
+        np.testing.assert_array_equal(np.isnan(values), gone)
+    assert np.isfinite(profile.lower_px).all() and np.isfinite(profile.envelope_mm).all()

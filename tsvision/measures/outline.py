@@ -17,6 +17,7 @@ from tsvision.measures.line import line_through
 from tsvision.measures.looks import Looks
 from tsvision.measures.silhouette import KC, RC
 from tsvision.measures.sums import deviation
+from tsvision.measures.unmatched import MATCHED
 from tsvision.records import FrameRow, KnotSighting, Profile
 
 NAN = float("nan")
@@ -51,13 +52,13 @@ def add_outline(
     Without a scale the knots' lengths are px.
     """
     mm = looks.scale.mm_per_px
-    known = (edges.upper_weight > 0.1) | (edges.lower_weight > 0.1)
+    known = (edges.upper_weight > MATCHED) | (edges.lower_weight > MATCHED)
     if np.isfinite(apex_px):
         known &= edges.s_px > apex_px + 0.5 * looks.diameter_px
     line = centre_line(edges)
     # An edge that is exactly 0 counts as not seen.
-    upper = np.where(edges.upper_weight > 0.1, edges.upper_px - line, 0.0)
-    lower = np.where(edges.lower_weight > 0.1, edges.lower_px - line, 0.0)
+    upper = np.where(edges.upper_weight > MATCHED, edges.upper_px - line, 0.0)
+    lower = np.where(edges.lower_weight > MATCHED, edges.lower_px - line, 0.0)
     diameter = row.diameter_px if np.isfinite(row.diameter_px) else looks.diameter_px
     swing, coil_period = middle_swing(upper, lower, diameter)
     if looks.sight.by_distance and _is_of_strands(near, coil_period):
@@ -148,12 +149,19 @@ def _profile(edges: Edges, looks: Looks, envelope: np.ndarray) -> Profile:
     axis = looks.sight.axis
     s_px = edges.s_px[keep] - looks.zero_px  # from the separator, as s_mm
     place = None if axis.is_straight else axis.at(edges.s_px[keep])
+    upper, lower = (
+        np.where(weight > MATCHED, edge, np.nan)[keep]
+        for edge, weight in (
+            (edges.upper_px, edges.upper_weight),
+            (edges.lower_px, edges.lower_weight),
+        )
+    )
     return Profile(
         s_mm=mm_along(looks, edges.s_px[keep]),
         s_px=s_px,
-        upper_px=edges.upper_px[keep],
-        lower_px=edges.lower_px[keep],
-        width_mm=((edges.upper_px - edges.lower_px) * mm)[keep],
+        upper_px=upper,
+        lower_px=lower,
+        width_mm=(upper - lower) * mm,
         envelope_mm=envelope[keep] * mm,
         axis_x_px=None if place is None else place[:, 0],
         axis_y_px=None if place is None else place[:, 1],
