@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.measures.pictures import measure, picture
 from tsvision.images.strip import straight_axis
+from tsvision.measures import frame
 from tsvision.measures.doubts import clipped, knots_unsure
 from tsvision.measures.helix import Edges
 from tsvision.records import KnotSighting
@@ -67,3 +69,15 @@ def test_a_knot_just_above_the_limits_is_unsure() -> None:
     assert knots_unsure((replace(knot, confidence=1.0), knot))
     assert not knots_unsure((replace(knot, confidence=0.99),))
     assert not knots_unsure(())
+
+
+def test_a_pitch_that_may_as_well_be_none_is_not_given(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A region without ground gave 2500 px with an sd of 1900, in a picture of 768."""
+    pixels = picture()
+    sure = measure(pixels)
+    assert 0.0 < sure.pitch_px_sd < 0.1 * sure.pitch_px and "NO_PITCH" not in sure.flags
+    monkeypatch.setattr(frame, "pitch_sd_px", lambda fit, blur_px: 0.6 * fit.pitch_px)
+    unsure = measure(pixels)
+    assert unsure.diameter_px == sure.diameter_px and unsure.fit_rms_px == sure.fit_rms_px
+    given = (unsure.pitch_px, unsure.strand_repeat_px, unsure.helix_angle_rad, unsure.pitch_px_sd)
+    assert np.isnan(given).all() and "NO_PITCH" in unsure.flags.split("|")

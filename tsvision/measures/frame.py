@@ -33,6 +33,7 @@ from tsvision.records import Frame, FrameResult, FrameRow
 NAN = float("nan")
 PLAIN_SLOPE = 0.2  # of the ridges: that frame's own sense; strands seldom show less
 NO_WIDTH = 0.25  # of D: what is less sure than that is no measurement of it
+NO_TWIST = 0.5  # of the pitch: strands that may as well not turn at all have none
 LEGS_TURNS = 0.25  # turns that the legs hold between holes and apex: below, nothing is twisted
 
 
@@ -205,18 +206,23 @@ def _bundle_values(
         "diameter_px_sd": d_sd,
         "diameter_mm": d * scale,
         "diameter_mm_sd": d_mm_sd,
-        "pitch_px": pitch,
-        "pitch_px_sd": p_sd,
-        "pitch_mm": pitch * scale,
-        "pitch_mm_sd": p_mm_sd,
-        "strand_repeat_px": _strand_repeat(fit),
-        "helix_angle_rad": beta,
-        "helix_angle_rad_sd": beta_sd,
-        "lay_angle_rad": lay,
-        "lay_angle_rad_sd": beta_sd * outer,
-        "coil_pitch_mm": float(2 * np.pi / fit.p[KC]) * scale if fit.coiled else NAN,
         "fit_rms_px": fit.rms_px,
     }
+    if p_sd < NO_TWIST * pitch:
+        values |= {
+            "pitch_px": pitch,
+            "pitch_px_sd": p_sd,
+            "pitch_mm": pitch * scale,
+            "pitch_mm_sd": p_mm_sd,
+            "strand_repeat_px": _strand_repeat(fit),
+            "helix_angle_rad": beta,
+            "helix_angle_rad_sd": beta_sd,
+            "lay_angle_rad": lay,
+            "lay_angle_rad_sd": beta_sd * outer,
+            "coil_pitch_mm": float(2 * np.pi / fit.p[KC]) * scale if fit.coiled else NAN,
+        }
+    else:
+        flags |= Flag.NO_PITCH
     if mid is not None and _describes(mid, looks):
         (md, _, mt), _ = mid.fit.derived
         values |= {
