@@ -226,3 +226,34 @@ def test_strands_whose_mixture_is_grey_are_told_by_hue(grey: float, by_hue: bool
     ground = seen((0.18, 0.18, 0.18), 2.0, 0.8)
     weights = _shadowless(np.concatenate(strings), ground)
     assert np.array_equal(weights, LUMA_BGR) != by_hue
+
+
+def few_turns(apex: float) -> np.ndarray:
+    """One picture of two strands, 8 px thick, that come from 80 px apart on the left, meet at a
+    share `apex` of the way along the axis of `bundle_film`, and turn once and a half behind it."""
+    random = np.random.default_rng(11)
+    rows, columns = np.mgrid[0:HEIGHT_PX, 0:WIDTH_PX].astype(float)
+    u, length = (END - START) / np.hypot(*(END - START)), float(np.hypot(*(END - START)))
+    s = (columns - START[0]) * u[0] + (rows - START[1]) * u[1]
+    n = -(columns - START[0]) * u[1] + (rows - START[1]) * u[0]
+    meet = apex * length
+    picture = np.full((HEIGHT_PX, WIDTH_PX, 3), 0.08)
+    for k, side in enumerate((1, -1)):
+        turn = 2 * np.pi * 1.5 * (s - meet) / (length - meet) + np.pi * k
+        leg = side * (4.0 + 36.0 * (meet - s) / meet)
+        place = np.where(s < meet, leg, 4.0 * np.cos(turn))
+        picture[(np.abs(n - place) < 4.0) & (s > 0) & (s < length)] = 0.5
+    picture = cv2.GaussianBlur(picture, (0, 0), 0.8)
+    code = 255.0 * np.clip(picture, 0, 1) ** (1 / 2.2) + random.normal(0, 1.5, picture.shape)
+    return np.clip(np.round(code), 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("apex", [0.5, 0.65, 0.75])
+def test_one_picture_of_few_turns_shows_the_bundle_and_not_a_leg(apex: float) -> None:
+    """The bundle is shorter than its legs: its axis runs over ground most of the way, and a leg
+    was taken for a bundle of half the width."""
+    sight = find_sight([few_turns(apex)], least_px=0.6 * BUNDLE_PX)
+    assert sight is not None
+    assert off_axis_px(sight) < 0.3 * BUNDLE_PX
+    assert sight.width_px == pytest.approx(BUNDLE_PX, rel=0.3)
+    assert sight.legs_seen

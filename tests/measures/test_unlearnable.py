@@ -7,10 +7,11 @@ import pytest
 
 from synth.build import make_settings
 from synth.recording import write_recording
+from tests.measures import pictures
 from tsvision.flags import Flag, flags_from_text
 from tsvision.images.frames import iter_frames, open_recording
 from tsvision.measures.recording import Measurer
-from tsvision.records import Camera, Frame, Recording, Rig, Strings
+from tsvision.records import Camera, Frame, Recording, Rig, Strings, View
 from tsvision.rig import load_rig
 
 TOLD = Rig(strings=Strings(count=2, diameter_mm=0.24), camera=Camera(mm_per_px=0.03))
@@ -62,3 +63,23 @@ def test_one_leg_is_no_bundle_where_the_string_is_known(film: Recording) -> None
     measurer.prime([first.pixels])
     assert measurer.looks is None
     assert np.isnan(measurer.measure(first).row.pitch_px)
+
+
+@pytest.mark.parametrize(("strand_px", "is_bundle"), [(6.0, False), (20.0, True), (40.0, False)])
+def test_what_the_stated_strands_cannot_make_is_no_bundle(
+    strand_px: float, is_bundle: bool
+) -> None:
+    """Two strands of 20 px make the 40 px in view; a plate or a leg is no bundle of theirs."""
+    measurer = Measurer(
+        Rig(
+            strings=Strings(count=2, diameter_mm=0.01 * strand_px),
+            camera=Camera(mm_per_px=0.01),
+            view=View(separator_side="none"),
+        )
+    )
+    pixels = pictures.picture()
+    measurer.prime([pixels])
+    row = measurer.measure(Frame(0, "a.png", pixels)).row
+    assert (Flag.NO_BUNDLE in flags_from_text(row.flags)) != is_bundle
+    assert np.isfinite(row.diameter_mm) == is_bundle
+    assert not is_bundle or row.diameter_mm == pytest.approx(0.4, rel=0.02)

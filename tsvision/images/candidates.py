@@ -16,22 +16,39 @@ PARALLEL = 0.1  # sine of the angle between strings and their shadow on a ground
 CAST_D, CAST_SHARE = 4.0, 0.4  # widths beside them; what speaks for them over what for the shadow
 SWALLOWED, SWALLOWED_SHARE = 1.8, 0.6  # widths of strings with their shadow; what speaks for them
 APART = 1.5  # spreads between strings and ground from which nothing speaks against a line
+# Widths, in its legs', of the bundle that they go over into: where the strip is too narrow it holds
+# legs beside ground, which looks like dark strings.
+LEGS_TO_BUNDLE = (1.0, 1.6)
+MOSTLY_LEGS = 0.5  # columns with legs for one with the bundle, where the axis runs between legs
+# Times as wide as the other a leg may look at the size that ridges are sought at: of one colour,
+# and of two, of which one may stand out less.
+LEGS_ALIKE, LEGS_UNLIKE = 2.0, 3.0
 SWINGS = 0.06  # share of a bundle's outline that changes between frames, at least
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A candidate axis, its width, how many columns speak for it, and whether it is nothing but
-    darker than the ground, as shadows are."""
+    """A candidate axis, its width, how many columns speak for it, whether it is nothing but darker
+    than the ground, as shadows are, and whether it may run between legs most of the way."""
 
     axis: Axis
     width_px: float
     support: float
     darker: bool
+    between: bool = False
 
 
-def settle(linears: list[np.ndarray], axis: Axis, width: float, turns: int = 3) -> Trial:
+def settle(
+    linears: list[np.ndarray],
+    axis: Axis,
+    width: float,
+    turns: int = 3,
+    between: bool = False,
+    beside: bool = False,
+) -> Trial:
     """Refine a candidate axis on some frames and say how much speaks for it.
+
+    between: whether it may run between legs most of the way; beside: or beside the bundle at first.
 
     What speaks for a bundle: columns with one run of its width on the axis, and beyond them
     columns with a leg on either side. A leg taken for the axis has neither behind the apex. A
@@ -41,17 +58,17 @@ def settle(linears: list[np.ndarray], axis: Axis, width: float, turns: int = 3) 
     for turn in range(turns):
         half = int(np.ceil(3.2 * width)) + 6
         strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
-        weights, separation, by_distance = find_signal(strips, 0.5 * width)
-        rough = turn < turns - 1 and len(linears) > 1
-        masks, shadow = masks_of(strips, weights, width, by_distance, rough)
+        weights, separation, by_distance = find_signal(strips, 0.5 * width, between)
+        rough = turn < turns - 1 and beside
+        masks, shadow = masks_of(strips, weights, width, by_distance, rough, between)
         if turn == turns - 1:
-            support = sum(support_of(m, half, width) for m in masks) / len(masks)
+            support = sum(support_of(m, half, width, between) for m in masks) / len(masks)
             support *= _liveliness(masks, half, width) * (1.0 - shadow.soft)
             support *= float(np.nan_to_num(np.clip(separation / APART, 0.05, 1.0), nan=1.0))
             by_light = not told_by_colour(weights, by_distance)
-            darker = by_light and core_of(strips, weights, width) < 0.0
+            darker = by_light and core_of(strips, weights, width, between) < 0.0
         axis, width = refine(axis, masks, half, width)
-    return Trial(axis, width, support, bool(darker))
+    return Trial(axis, width, support, bool(darker), between)
 
 
 def could_cast(trial: Trial, other: Trial) -> bool:
@@ -93,21 +110,25 @@ def _liveliness(masks: list[np.ndarray], half: int, width: float) -> float:
     return float(np.clip(changed / SWINGS, 0.05, 1.0))
 
 
-def plausible(width: float, possible: tuple[float, float] | None) -> float:
+def plausible(width: float, possible: tuple[float, float] | None, least_px: float) -> float:
     """1 for a width that the rig's strings can have, less for one they cannot (d is rarely known
-    to better than a third)."""
+    to better than a third) and for one below `least_px`, 0 where nothing is known."""
+    if width < least_px:
+        return 0.1
     if possible is None:
         return 1.0
     low, high = 0.6 * possible[0], 1.4 * possible[1]
     return 1.0 if low <= width <= high else 0.1
 
 
-def support_of(mask: np.ndarray, half: int, width: float) -> float:
+def support_of(mask: np.ndarray, half: int, width: float, between: bool = False) -> float:
     single = single_columns(mask, half, width)
     legs = leg_columns(mask, half, width)
     middle = np.median(np.flatnonzero(single)) if single.any() else 0.0
     s = np.arange(mask.shape[1])
     one_end = max(legs[s < middle].sum(), legs[s >= middle].sum())
+    if between and one_end < MOSTLY_LEGS * single.sum():
+        return 0.0  # it does not
     return float(single.sum() + 2.0 * one_end)
 
 
@@ -130,10 +151,12 @@ def _clip_line(point: np.ndarray, u: np.ndarray, box: tuple[float, float, float,
     return straight_axis(point + low * u, point + high * u)
 
 
-def bisectors(ridges: list[Ridge], shape: tuple[int, int]) -> list[Ridge]:
-    """Lines halfway between two crossing ridges: with few turns the legs outshine the bundle, and
-    the bundle goes on where they meet, between them."""
-    lines = []
+def bisectors(
+    ridges: list[Ridge], shape: tuple[int, int], one_colour: bool = True, times: float = 1.0
+) -> list[Ridge]:
+    """Lines halfway between two crossing ridges of about one width, `times` as wide: with few turns
+    the legs outshine the bundle, and the bundle goes on where they meet, between them."""
+    lines: list[Ridge] = []
     for i, a in enumerate(ridges):
         for b in ridges[:i]:
             ua = np.array([np.cos(a.angle_rad), np.sin(a.angle_rad)])
@@ -141,7 +164,9 @@ def bisectors(ridges: list[Ridge], shape: tuple[int, int]) -> list[Ridge]:
             if ua @ ub < 0:
                 ub = -ub
             opening = float(np.arccos(np.clip(ua @ ub, -1.0, 1.0)))
-            alike = 0.5 < a.width_px / b.width_px < 2.0 and a.channel == b.channel
+            most = LEGS_ALIKE if one_colour else LEGS_UNLIKE
+            alike = 1.0 / most < a.width_px / b.width_px < most
+            alike = alike and (not one_colour or a.channel == b.channel)
             if not alike or opening < np.deg2rad(8.0):
                 continue
             t, _ = np.linalg.solve(
@@ -152,7 +177,7 @@ def bisectors(ridges: list[Ridge], shape: tuple[int, int]) -> list[Ridge]:
                 continue
             middle = ua + ub
             angle = float(np.arctan2(middle[1], middle[0]))
-            width = 0.5 * (a.width_px + b.width_px)
+            width = times * 0.5 * (a.width_px + b.width_px)
             lines.append(
                 Ridge((float(meet[0]), float(meet[1])), angle, width, a.sense, a.channel, 0.0)
             )

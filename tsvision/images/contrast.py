@@ -17,18 +17,25 @@ MIXED = 35.0
 ACROSS = 0.4  # of the ground's light: how far strings stand out across its colour, to rely on it
 DIM = 0.4  # of the core's light: a limb's
 ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
+# With few turns the axis runs between legs most of the way: what shows half of what the strongest
+# tenth of the columns do is the bundle's.
+STRONGEST, BUNDLE = 90.0, 0.5
 
 
-def find_signal(strips: list[Strip], half_core: float) -> tuple[np.ndarray, float, bool]:
+def find_signal(
+    strips: list[Strip], half_core: float, between: bool = False
+) -> tuple[np.ndarray, float, bool]:
     """Channel weights, separation in sd, and whether strings differ from the ground in ways that
-    no one weighted sum shows (strands of several colours): then distance in colour serves."""
+    no one weighted sum shows (strands of several colours): then distance in colour serves.
+    between: whether the axis may run between legs most of the way."""
     if strips[0].values.ndim == 2:
         return LUMA_BGR, float("nan"), False
     core, ground = [], []
     for strip in strips:
         n = np.arange(-strip.half_px, strip.half_px + 1)
-        inner = strip.values[np.abs(n) < max(0.5 * half_core, 1.0)].reshape(-1, 3)
+        axis = strip.values[np.abs(n) < max(0.5 * half_core, 1.0)]
         outer = strip.values[np.abs(n) > 3.0 * half_core].reshape(-1, 3)
+        inner = (_off_ground(axis, outer) if between else axis).reshape(-1, 3)
         core.append(inner[:: max(1, len(inner) // 1500)])
         ground.append(outer[:: max(1, len(outer) // 1500)])
     inner, outer = np.concatenate(core), np.concatenate(ground)
@@ -39,6 +46,18 @@ def find_signal(strips: list[Strip], half_core: float) -> tuple[np.ndarray, floa
     if not many_coloured(inner, outer):
         return weights, separation, False
     return _shadowless(inner, outer), separation, True
+
+
+def _off_ground(axis: np.ndarray, outer: np.ndarray) -> np.ndarray:
+    """Those columns of what lies on the axis (K, M, 3) that are unlike the ground (n, 3)."""
+    if not len(outer):
+        return axis
+    away = np.linalg.norm(np.median(axis, axis=0) - np.nanmedian(outer, axis=0), axis=1)
+    known = np.isfinite(away)
+    if not known.any():
+        return axis
+    strong = np.percentile(away[known], STRONGEST)
+    return axis[:, np.nan_to_num(away, nan=-1.0) >= BUNDLE * strong]
 
 
 def _shadowless(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
@@ -146,9 +165,9 @@ def black_contrast(
     return (typical(DIM) / lit - DIM) / (1.0 - DIM) if lit else 0.0
 
 
-def core_of(strips: list[Strip], weights: np.ndarray, width: float) -> float:
+def core_of(strips: list[Strip], weights: np.ndarray, width: float, between: bool = False) -> float:
     """Signal of the core less that of the ground, the median over some strips; NaN where no strip
-    shows one."""
+    shows one. between: whether the axis may run between legs most of the way."""
     levels = []
     for strip in strips:
         n = np.arange(-strip.half_px, strip.half_px + 1)
@@ -156,8 +175,20 @@ def core_of(strips: list[Strip], weights: np.ndarray, width: float) -> float:
         columns = nan_median(core)
         columns = columns[np.isfinite(columns)]
         if columns.size:
-            levels.append(np.median(columns))
+            levels.append(_typical(columns, between))
     return float(np.median(levels)) if levels else float("nan")
+
+
+def _typical(columns: np.ndarray, between: bool) -> float:
+    """Contrast on the axis, typical of the columns (M,), or between legs of those that show the
+    bundle; NaN of none."""
+    columns = columns[np.isfinite(columns)]
+    if not columns.size:
+        return float("nan")
+    if between:
+        strong = float(np.percentile(np.abs(columns), STRONGEST))
+        columns = columns[np.abs(columns) >= BUNDLE * strong]
+    return float(np.median(columns))
 
 
 def straight_contrast(
@@ -175,17 +206,23 @@ def straight_contrast(
 
 
 def scaled_contrast(
-    strip: Strip, weights: np.ndarray, width: float, by_distance: bool, roughly: bool
+    strip: Strip,
+    weights: np.ndarray,
+    width: float,
+    by_distance: bool,
+    roughly: bool,
+    between: bool = False,
 ) -> tuple[np.ndarray, float]:
-    """`straight_contrast`, and what pure black would have: how far shadows reach."""
+    """`straight_contrast`, and what pure black would have: how far shadows reach. between: whether
+    the axis may run between legs most of the way."""
     values = raw_contrast(strip.values, weights, by_distance, 1.3 * width)
     n = np.arange(-strip.half_px, strip.half_px + 1)
     if roughly:
         core = np.nan_to_num(values[np.abs(n) <= max(0.6 * width, 2.0)])
         strongest = np.take_along_axis(core, np.abs(core).argmax(axis=0)[None], axis=0)
-        level = ROUGH * np.median(strongest)
+        level = ROUGH * _typical(strongest[0], between)
     else:
-        level = np.nanmedian(nan_median(values[np.abs(n) <= max(0.2 * width, 1.0)]))
+        level = _typical(nan_median(values[np.abs(n) <= max(0.2 * width, 1.0)]), between)
     level = level if abs(level) > 1e-6 else 1e-6
     ground = strip.values[np.abs(n) > 1.3 * width]
     if ground.size == 0 or np.isnan(ground).all():

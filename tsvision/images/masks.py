@@ -45,10 +45,16 @@ def string_mask(contrast: np.ndarray, thin_px: float, level: float) -> np.ndarra
 
 
 def masks_of(
-    strips: list[Strip], weights: np.ndarray, width: float, by_distance: bool, rough: bool
+    strips: list[Strip],
+    weights: np.ndarray,
+    width: float,
+    by_distance: bool,
+    rough: bool,
+    between: bool = False,
 ) -> tuple[list[np.ndarray], Shadow]:
-    """Masks of the strings in some strips, and what shadow could be in them."""
-    scaled = [scaled_contrast(s, weights, width, by_distance, rough) for s in strips]
+    """Masks of the strings in some strips, and what shadow could be in them. between: whether the
+    axis may run between legs most of the way."""
+    scaled = [scaled_contrast(s, weights, width, by_distance, rough, between) for s in strips]
     least = [mask_level(c, 1.3 * width) for c, _ in scaled]
     # Strands of several colours stand out by several amounts: only what is soft far down may go.
     by_colour = told_by_colour(weights, by_distance)

@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from tsvision.images.axis import find_ridges
+from tsvision.images.axis import Ridge, find_ridges
 from tsvision.images.candidates import (
     CAST_SHARE,
+    LEGS_TO_BUNDLE,
     SWALLOWED_SHARE,
     Trial,
     bisectors,
@@ -34,6 +35,7 @@ from tsvision.images.strip import Axis, cut_strip, straight_axis
 MOVING_SHARE = 0.4  # of the axis' length that moves, from which nothing speaks against it
 FEWEST_PX = 24  # on a picture's or region's short side
 SEARCH_PX = 640  # long side of the pictures in which candidate axes are weighed
+HARDLY = 0.1  # of that: columns for a line, below which it is hardly one
 
 
 @dataclass(frozen=True)
@@ -81,13 +83,14 @@ def find_sight(
     gamma: float = float("nan"),
     side: str = "auto",
     along_px: tuple[tuple[float, float], ...] = (),
+    least_px: float = 0.0,
 ) -> Sight | None:
     """Look at some frames of one recording (same size) and find what stands still.
 
     pictures: uint8/uint16, grey or BGR. widths_px: smallest and largest bundle width that the rig
     makes possible. side: left | right | top | bottom | auto. along_px: two points on the axis, the
-    separator's first, as a person gave them; the line is then only refined, not sought. None when
-    no bundle is in view.
+    separator's first, as a person gave them; the line is then only refined, not sought. least_px:
+    what is thinner is a leg. None when no bundle is in view.
     """
     if min(*pictures[0].shape[:2], *(roi_px[2:] if roi_px else ())) < FEWEST_PX:
         return None
@@ -105,13 +108,18 @@ def find_sight(
     # Candidates are weighed on small pictures: only the winner is followed at full size.
     factor = min(1.0, SEARCH_PX / max(shape))
     small = [to_linear(_shrunk(p, factor), gamma) for p in few]
-    trials = [
-        settle(small, _scaled(line_of_ridge(r, shape, roi_px), factor), r.width_px * factor)
-        for r in [*ridges, *bisectors(ridges, shape)]
-    ]
+
+    def tried(ridge: Ridge, between: bool = False, beside: bool = len(small) > 1) -> Trial:
+        axis = _scaled(line_of_ridge(ridge, shape, roi_px), factor)
+        return settle(small, axis, ridge.width_px * factor, between=between, beside=beside)
+
+    trials = [tried(r) for r in [*ridges, *bisectors(ridges, shape)]]
+    for times in LEGS_TO_BUNDLE:
+        halfway = bisectors(ridges, shape, one_colour=False, times=times)
+        trials += [tried(r, between=True) for r in halfway]
 
     def merit(trial: Trial) -> float:
-        support = trial.support * plausible(trial.width_px / factor, widths_px)
+        support = trial.support * plausible(trial.width_px / factor, widths_px, least_px)
         if motion is not None:
             # Near its middle: beside a cable that lies by the strings something moves as well.
             across, size = 0.5 * trial.width_px, round(factor * max(shape))
@@ -120,6 +128,10 @@ def find_sight(
         return support
 
     alone = [merit(t) for t in trials]
+    # One picture does not tell the middle of a wide ridge. Cords that bow are followed anyhow.
+    if least_px > 0.0 and max(alone) < HARDLY * SEARCH_PX:
+        trials += [tried(r, beside=True) for r in ridges]
+        alone = [merit(t) for t in trials]
     merits = []
     for trial, own in zip(trials, alone, strict=True):
         rivals = []
@@ -131,14 +143,15 @@ def find_sight(
         merits.append(0.0 if max(rivals, default=0.0) > own else own)
     best = trials[int(np.argmax(merits))]
     linears = [to_linear(p, gamma) for p in pictures]
-    found = settle(linears, _scaled(best.axis, 1.0 / factor), best.width_px / factor, turns=1)
+    axis, width = _scaled(best.axis, 1.0 / factor), best.width_px / factor
+    found = settle(linears, axis, width, turns=1, between=best.between)
     axis, width = found.axis, found.width_px
     half = int(np.ceil(4.0 * width)) + 6
     strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
-    weights, separation, by_distance = find_signal(strips, 0.5 * width)
-    core = core_of(strips, weights, width)
+    weights, separation, by_distance = find_signal(strips, 0.5 * width, best.between)
+    core = core_of(strips, weights, width, best.between)
     sense = 1 if core >= 0 or by_distance else -1
-    masks, shadow = masks_of(strips, weights, width, by_distance, False)
+    masks, shadow = masks_of(strips, weights, width, by_distance, False, best.between)
     near, far = leg_spread(masks, half, width)
     legs = near != far
     flip = far > near if side == "auto" else _needs_flip(axis, side)

@@ -13,11 +13,11 @@ import numpy as np
 
 from tsvision.flags import Flag, flags_from_text, flags_to_text
 from tsvision.images.curve import Curve, find_curve
-from tsvision.images.sight import Sight, find_sight
+from tsvision.images.sight import Sight
 from tsvision.measures.envelope import baseline_px, unevenness_of
 from tsvision.measures.frame import Warm, measure_frame
 from tsvision.measures.knots import find_knots
-from tsvision.measures.looks import Looks, learn_looks
+from tsvision.measures.looks import Looks, learn_looks, possible_px, sight_of
 from tsvision.measures.rope import Rope, measure_rope
 from tsvision.measures.scale import needs_curve, scale_along
 from tsvision.measures.uncertainty import angle_sd
@@ -56,7 +56,7 @@ def learn_bowed(
     """
     if rig.view.axis_px:
         return None, looks
-    sight = looks.sight if looks is not None else find_sight(pictures, rig.view.roi_px)
+    sight = looks.sight if looks is not None else sight_of(pictures, rig, scale)
     if sight is None:
         return None, looks
     few = [pictures[i] for i in sorted({len(pictures) * k // 4 for k in (1, 2, 3)})]
@@ -66,7 +66,8 @@ def learn_bowed(
     if taut and looks is not None and _held(looks, len(pictures)):
         return None, looks
     curve = find_curve(few, sight, rig.view.roi_px, closely=not taut)
-    if curve is None:
+    least_px, most_px = possible_px(rig, scale)
+    if curve is None or not least_px <= curve.width_px <= most_px:
         return None, looks
     if by_length:
         scale = scale_along(rig, curve.end_px - curve.start_px, curve.width_px)

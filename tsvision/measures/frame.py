@@ -173,6 +173,7 @@ def _bundle_values(
     if near is None or not _tells(near, looks):
         flags |= Flag.ENVELOPE_ONLY | Flag.NO_PITCH
         width = width_between_knots(edges, looks.diameter_px)
+        width = width if _is_possible(width, looks) else NAN
         sd = width_sd_px(edges, width, looks.diameter_px)
         return replace(
             row,
@@ -244,8 +245,14 @@ def _describes(found: BundleFit, looks: Looks) -> bool:
 
 def _tells(found: BundleFit, looks: Looks) -> bool:
     """Whether it does, and the edges tell the diameter at all: any wave of noise is some helix."""
-    sd_px = diameter_sd_px(found.fit, looks.shading)
-    return _describes(found, looks) and sd_px < NO_WIDTH * found.fit.diameter_px
+    d_px, sd_px = found.fit.diameter_px, diameter_sd_px(found.fit, looks.shading)
+    return _describes(found, looks) and sd_px < NO_WIDTH * d_px and _is_possible(d_px, looks)
+
+
+def _is_possible(width_px: float, looks: Looks) -> bool:
+    """Whether a bundle of the stated strands may be so wide."""
+    least_px, most_px = looks.possible_px
+    return least_px <= width_px <= most_px
 
 
 def _strand_repeat(fit) -> float:

@@ -27,7 +27,9 @@ from tsvision.records import Rig, Scale
 SAMPLED_FRAMES = 8
 # What numerics raise on pictures without a usable edge; anything else is a fault of the code.
 UNLEARNABLE = (ValueError, FloatingPointError, ZeroDivisionError, np.linalg.LinAlgError, cv2.error)
-THIN = 0.6  # of the section's width: what is thinner is no bundle of these strands
+# Of the section's width: what is thinner is no bundle of these strands but one leg of two, which
+# has half of them; as wide comes a bundle that coils; what is wider is a plate, or both legs.
+THIN, COILED = 0.6, 2.2
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
 
 
@@ -39,7 +41,8 @@ class Looks:
     much either counts in a fit; steady: whether all frames are equally sharp; diameter_px as
     learnt; half_px rows of a strip; zero_px: s of the separator's face; zone_px: L;
     face: the same as the legs tell it, None where they do not; gap: S as they tell it;
-    slope_sum: of the ridges in the frames that were learnt from, which tells S from Z.
+    slope_sum: of the ridges in the frames that were learnt from, which tells S from Z; possible_px:
+    least and largest width of a bundle of the stated strands.
     """
 
     sight: Sight
@@ -61,6 +64,7 @@ class Looks:
     face: Face | None
     gap: Gap | None
     slope_sum: float = 0.0
+    possible_px: tuple[float, float] = (0.0, float("inf"))
 
 
 def pick_samples(count: int, most: int = SAMPLED_FRAMES) -> list[int]:
@@ -95,15 +99,11 @@ def _teaches(picture: np.ndarray, rig: Rig, scale: Scale, sight: Sight | None) -
 
 def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | None) -> Looks | None:
     given = rig.strings.count
-    widths = _possible_widths(rig, scale)
     view = rig.view
-    sight = sight or find_sight(
-        pictures, view.roi_px, widths, rig.camera.gamma, view.separator_side, view.axis_px
-    )
-    if sight is None:
+    sight = sight or sight_of(pictures, rig, scale)
+    least_px, most_px = possible_px(rig, scale)
+    if sight is None or not least_px <= sight.width_px <= most_px:
         return None
-    if given and widths and sight.width_px < THIN * pair_core(given).diameter_d * widths[0]:
-        return None  # one leg of two that have not met: it has half of the strands
     strand_px = sight.width_px / pair_core(given or 2).diameter_d
     half = int(np.ceil(2.3 * sight.width_px)) + 6
     cuts = [c for p in pictures if (c := cut_frame(p, sight, strand_px, half)) is not None]
@@ -161,6 +161,7 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         face=face,
         gap=gap,
         slope_sum=_slope_sum(cuts, shading, edge.diameter_px),
+        possible_px=(least_px, most_px),
     )
 
 
@@ -204,6 +205,24 @@ def _plain(rho_px: float) -> tuple[Shading, Shading]:
     return shade, shade
 
 
+def sight_of(pictures: list[np.ndarray], rig: Rig, scale: Scale) -> Sight | None:
+    """Where the bundle lies in some pictures of one size, by all that the rig tells of it."""
+    view, widths = rig.view, _possible_widths(rig, scale)
+    least_px, _ = possible_px(rig, scale)
+    gamma, side = rig.camera.gamma, view.separator_side
+    return find_sight(pictures, view.roi_px, widths, gamma, side, view.axis_px, least_px)
+
+
+def possible_px(rig: Rig, scale: Scale) -> tuple[float, float]:
+    """Least and largest width of a bundle of the stated strands; 0 and infinity where N, d or the
+    scale is unknown."""
+    count, d_px = rig.strings.count, rig.strings.diameter_mm / scale.mm_per_px
+    if not (count and np.isfinite(d_px)):
+        return 0.0, float("inf")
+    width_px = pair_core(count).diameter_d * d_px
+    return THIN * width_px, COILED * width_px
+
+
 def _possible_widths(rig: Rig, scale: Scale) -> tuple[float, float] | None:
     """From one strand's width to a coiled bundle's, when the rig tells d and the scale is known."""
     d = rig.strings.diameter_mm
@@ -211,7 +230,7 @@ def _possible_widths(rig: Rig, scale: Scale) -> tuple[float, float] | None:
         return None
     count = rig.strings.count
     outer = pair_core(min(count, 8)).diameter_d if count else 3.7
-    return d / scale.mm_per_px, 2.2 * outer * d / scale.mm_per_px
+    return d / scale.mm_per_px, COILED * outer * d / scale.mm_per_px
 
 
 def _separator_face(ends: Ends, zone_px: float, cuts: list[Cut]) -> tuple[float, bool]:
