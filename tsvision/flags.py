@@ -44,7 +44,7 @@ MEANING: dict[str, str] = {
     "UNREADABLE": "the picture could not be decoded; nothing was measured",
     "WRONG_SIZE": "the picture's size differs from the first frame's",
     "BLANK": "the picture holds no contrast (blank or saturated)",
-    "NO_BUNDLE": "no bundle was found as wide as the stated strings and scale make one",
+    "NO_BUNDLE": "no bundle of strings was found, or none as wide as the stated strings make",
     "NO_SEPARATOR": "the separator was not found; s = 0 lies at the picture's edge or the apex",
     "NO_APEX": "the legs' meeting point was not found or lies out of view",
     "NO_SCALE": "no scale is known: mm columns are empty, px columns stand",

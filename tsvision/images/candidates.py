@@ -112,7 +112,7 @@ def _liveliness(masks: list[np.ndarray], half: int, width: float) -> float:
 
 def plausible(width: float, possible: tuple[float, float] | None, least_px: float) -> float:
     """1 for a width that the rig's strings can have, less for one they cannot (d is rarely known
-    to better than a third) and for one below `least_px`, 0 where nothing is known."""
+    to better than a third) and for one below `least_px`, which is 0 where nothing is known."""
     if width < least_px:
         return 0.1
     if possible is None:

@@ -56,8 +56,12 @@ def _off_ground(axis: np.ndarray, outer: np.ndarray) -> np.ndarray:
     known = np.isfinite(away)
     if not known.any():
         return axis
-    strong = np.percentile(away[known], STRONGEST)
-    return axis[:, np.nan_to_num(away, nan=-1.0) >= BUNDLE * strong]
+    return axis[:, known][:, _of_bundle(away[known])]
+
+
+def _of_bundle(strengths: np.ndarray) -> np.ndarray:
+    """Which columns (M,) stand out as the bundle does, and not as ground between legs."""
+    return np.asarray(strengths >= BUNDLE * np.percentile(strengths, STRONGEST))
 
 
 def _shadowless(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
@@ -186,8 +190,7 @@ def _typical(columns: np.ndarray, between: bool) -> float:
     if not columns.size:
         return float("nan")
     if between:
-        strong = float(np.percentile(np.abs(columns), STRONGEST))
-        columns = columns[np.abs(columns) >= BUNDLE * strong]
+        columns = columns[_of_bundle(np.abs(columns))]
     return float(np.median(columns))
 
 

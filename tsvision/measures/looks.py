@@ -29,7 +29,7 @@ SAMPLED_FRAMES = 8
 UNLEARNABLE = (ValueError, FloatingPointError, ZeroDivisionError, np.linalg.LinAlgError, cv2.error)
 # Of the section's width: what is thinner is no bundle of these strands but one leg of two, which
 # has half of them; as wide comes a bundle that coils; what is wider is a plate, or both legs.
-THIN, COILED = 0.6, 2.2
+THIN, WIDE = 0.6, 2.2
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
 
 
@@ -220,7 +220,7 @@ def possible_px(rig: Rig, scale: Scale) -> tuple[float, float]:
     if not (count and np.isfinite(d_px)):
         return 0.0, float("inf")
     width_px = pair_core(count).diameter_d * d_px
-    return THIN * width_px, COILED * width_px
+    return THIN * width_px, WIDE * width_px
 
 
 def _possible_widths(rig: Rig, scale: Scale) -> tuple[float, float] | None:
@@ -230,7 +230,7 @@ def _possible_widths(rig: Rig, scale: Scale) -> tuple[float, float] | None:
         return None
     count = rig.strings.count
     outer = pair_core(min(count, 8)).diameter_d if count else 3.7
-    return d / scale.mm_per_px, COILED * outer * d / scale.mm_per_px
+    return d / scale.mm_per_px, WIDE * outer * d / scale.mm_per_px
 
 
 def _separator_face(ends: Ends, zone_px: float, cuts: list[Cut]) -> tuple[float, bool]:

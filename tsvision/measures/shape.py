@@ -32,7 +32,7 @@ FINEST_PX = 0.05  # residuals below which sides are equally good
 # Where a limb that sends no light is taken for ground, what is outlined there is the border of what
 # is lit. It keeps to no outline: its edges lie off that by such shares of a strand's radius, from
 # which on it is likely and at which it is sure (path-traced limbs, all seen, up to 0.07).
-UNLIKE, UNLIKELY = 0.07, 0.11
+LIKELY, SURE = 0.07, 0.11
 HIDDEN = 0.6  # of a strand's radius, by which what such a border hides is known beforehand
 
 
@@ -106,7 +106,7 @@ def hidden_px(fitted: list[tuple[Edges, BundleFit]]) -> float:
         return 0.0
     rough = max(np.median([_roughness_px(part, fit) for part, fit in parts], axis=0))
     strand = float(np.median([fit.p[RHO] for _, fit in parts]))
-    likely = np.clip((rough / strand - UNLIKE) / (UNLIKELY - UNLIKE), 0.0, 1.0)
+    likely = np.clip((rough / strand - LIKELY) / (SURE - LIKELY), 0.0, 1.0)
     if likely == 0.0:
         return 0.0
     off = np.median([_freed(part, fit).diameter_px - fit.diameter_px for part, fit in parts])
