@@ -19,11 +19,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from tests.bench.pathtraced.score import rms
+from tests.bench.scoring import held, rms
 from tsvision.timeline.scatter import with_scatter
 
 VALUES = {"diameter_px": "mask_diameter", "pitch_mm": "mask_pitch", "helix_angle_rad": "mask_pitch"}
-HELD = 1.96  # sd
 PHASES = ("twist", "overtwist", "local overtwist", "knotted", "irreversible")
 CLOSED, CLOSED_TURNS = 0.02, 0.3  # a turn budget is, within either
 
@@ -56,11 +55,6 @@ def compared(folder: Path) -> pd.DataFrame:
 
 def summary(rows: pd.DataFrame) -> pd.Series:
     """One printed line."""
-
-    def held(name: str) -> float:
-        known = rows[f"{name}_sigmas"].dropna()
-        return float((known.abs() <= HELD).mean()) if len(known) else np.nan
-
     return pd.Series(
         {
             "frames": rows["diameter_px"].notna().sum(),
@@ -69,9 +63,9 @@ def summary(rows: pd.DataFrame) -> pd.Series:
             "mean": rows["diameter_px"].mean(),
             "p % median": 100 * rows["pitch_mm_share"].abs().median(),
             "beta deg median": np.degrees(rows["helix_angle_rad"].abs().median()),
-            "held D": held("diameter_px"),
-            "p": held("pitch_mm"),
-            "beta": held("helix_angle_rad"),
+            "held D": held(rows["diameter_px_sigmas"]),
+            "p": held(rows["pitch_mm_sigmas"]),
+            "beta": held(rows["helix_angle_rad_sigmas"]),
         }
     )
 
@@ -86,7 +80,7 @@ def budget(rows: pd.DataFrame) -> pd.Series:
             "turns closed": closed.mean(),
             "median": off.median(),
             "95 % below": off.abs().quantile(0.95),
-            "held": (rows["turns_sigmas"].dropna().abs() <= HELD).mean(),
+            "held": held(rows["turns_sigmas"]),
         }
     )
 

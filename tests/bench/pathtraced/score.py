@@ -32,6 +32,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from tests.bench.scoring import held, rms
+
 SIDES = {"right": "Z", "left": "S", "none": ""}
 
 
@@ -171,19 +173,12 @@ def count_knots(true: list[dict[str, Any]], seen: pd.DataFrame) -> tuple[int, in
     return hits, misses, false
 
 
-def rms(values: pd.Series) -> float:
-    return (
-        float(np.sqrt(np.nanmean(values.to_numpy(float) ** 2))) if values.notna().any() else np.nan
-    )
-
-
 def median_and_rms(shares: pd.Series) -> str:
     return f"{100 * shares.abs().median():.2f} {100 * rms(shares):.2f}"
 
 
 def cover(sigmas: pd.Series) -> str:
-    known = sigmas[sigmas.notna()]
-    return f"{(known.abs() <= 1.96).mean():.2f}" if len(known) else "-"
+    return f"{held(sigmas):.2f}" if sigmas.notna().any() else "-"
 
 
 def summary(scored: Scored) -> dict[str, str]:
