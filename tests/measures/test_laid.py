@@ -110,6 +110,37 @@ def test_an_even_coil_whose_crests_meet_the_strands_lobes_now_and_then(pitch_px:
         assert seen.bundle_px == pytest.approx(length, rel=0.01)
 
 
+def test_waists_narrower_than_a_coil() -> None:
+    """Where it overtwists locally: between waists the coil is the fit's, in them nearly none."""
+    s = np.arange(600.0)
+    rate = np.full(s.size, 2.0 * np.pi / 40.0)
+    waists = sum(np.exp(-0.5 * ((s - at) / 12.0) ** 2) for at in (210.0, 400.0))
+    radius = np.round(8.0 * (1.0 - 0.8 * waists), 1)  # in steps, for `shown` draws pieces
+    edges, envelope = shown(radius, rate)
+    found = BundleFit(fit_of(8.0, float(rate[0])), 60.0, 180.0)
+    even = laid(np.full(s.size, 8.0), rate)[0]
+    turns = float((TWIST * np.hypot(1.0, radius * rate)).sum() / (2.0 * np.pi))
+    turns += float((rate * (1.0 - 1.0 / np.hypot(1.0, radius * rate))).sum() / (2.0 * np.pi))
+    seen = laid_along(found, edges, envelope, [], 0.0, 599.0)
+    assert even > 1.04 * turns
+    assert seen.turns == pytest.approx(turns, rel=0.02)
+
+
+@pytest.mark.parametrize("strands", [0.0, 0.05, 0.5])
+def test_strands_that_keep_step_with_the_coils(strands: float) -> None:
+    """Their lobes add to the middle's swing for a long way, and take from it for another."""
+    rate, radius = 2.0 * np.pi / 40.0, 2.0
+    fit = fit_of(radius, rate)
+    fit.p[K] = strands * rate + 2e-3
+    up, low = model_edges(fit.p, fit.section, 0.0, 600)
+    s, ones = np.arange(600.0), np.ones(600)
+    edges, envelope = Edges(s, up, low, ones, ones), envelope_of(up, low)
+    turns = (fit.p[K] + rate) * 600.0 / (2.0 * np.pi)
+    for low_px in (0.0, 150.0, 300.0, 450.0):
+        seen = laid_along(BundleFit(fit, low_px, low_px + 120.0), edges, envelope, [], 0.0, 599.0)
+        assert seen.turns == pytest.approx(turns, rel=0.01)
+
+
 def test_what_is_not_seen_of_a_coil_begins_on_the_axis() -> None:
     """Legs and connector hold it: the first and last 60 px are not seen."""
     s = np.arange(600.0)

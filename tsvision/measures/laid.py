@@ -1,10 +1,11 @@
 """Turns and string that lie along the zone, where the bundle coils unevenly or holds knots.
 
-No helix can be fitted to a knot, whose coils grow and shrink within two or three of them. But its
-coils show: their radius in the envelope, their rate in the swinging middle of the edges. And a
-bundle passes its torque on, so that the material is twisted as much per length of bundle inside a
-knot as beside it; per length of the zone it is more, for a coil of radius R and rate q lays
-sqrt(1 + (R q)²) of bundle there and adds q (1 - 1 / sqrt(1 + (R q)²)) of turning itself.
+How wide it coils beside knots, its swinging middle tells. No helix can be fitted to a knot, whose
+coils grow and shrink within two or three of them. But they show: their radius in the envelope,
+their rate in the middle of the edges. And a bundle passes its torque on, so that the material is
+twisted as much per length of bundle inside a knot as beside it; per length of the zone it is more,
+for a coil of radius R and rate q lays sqrt(1 + (R q)²) of bundle there and adds
+q (1 - 1 / sqrt(1 + (R q)²)) of turning itself.
 """
 
 from __future__ import annotations
@@ -13,19 +14,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsvision.images.percentiles import median, percentile
 from tsvision.measures.bundle import BundleFit
+from tsvision.measures.coil_radius import coil_px, held, radius_along
 from tsvision.measures.envelope import Envelope, envelope_px
 from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.silhouette import KC, RC, SLOPE, Y0, K
-from tsvision.measures.smoothing import bridged, smoothed
 from tsvision.measures.spectrum import spectrum
 
 TIGHTEST, WIDEST = 0.8, 2.5  # pitches of a knot's coils, in D
-BEYOND = 0.3  # D on either side of a knot, where its coils begin
+BEYOND = 0.5  # D on either side of a knot, where its coils begin
 LEAST_RADIUS = 0.05  # of D: thinner coils are not read from the envelope
-BEAT = 5.0, 95.0  # per cent of a coil's envelope that reach less, from one side
-LONGEST_COIL = 10.0  # D: what is slower is no coil
 DRAWN_COILS = 12.0  # of a fit: all phases in which coils and strands' lobes meet
 
 
@@ -59,24 +57,19 @@ def laid_along(
     twist = (float(fit.p[K]) + coils / stretch) / stretch  # rad per px of bundle
     rate = np.full(s.size, coils)
     radius = np.zeros(s.size)
-    inside = _inside(s, knots_px, BEYOND * fit.diameter_px)
+    if fit.coiled:
+        radius = radius_along(found, edges, s, start_px, end_px)
     if known.any():
         reach = np.clip(0.5 * (envelope.px[known] - fit.diameter_px), 0.0, None)
         shown = np.interp(s, edges.s_px[known], reach)
-        if fit.coiled:
-            beside = ~inside.any(axis=0)
-            window = beside & (s >= found.s_low_px) & (s <= found.s_high_px)
-            even = _over_a_coil(bridged(shown, beside), coils, fit.diameter_px)
-            radius = _as_shown(fit, even, even[window], envelope.closed_over_px)
+        inside = _inside(s, knots_px, BEYOND * fit.diameter_px)
         for (low, high), here in zip(knots_px, inside, strict=True):
             tight = coil_rate(edges, low, high, fit.diameter_px)
             if np.isfinite(tight):
                 most = float(shown[here].max(initial=0.0))
                 wide = shown[here] * _unseen(fit, most, tight, twist, envelope.closed_over_px)
                 rate[here], radius[here] = tight, np.maximum(wide, radius[here])
-        radius *= _from_held_ends(s, edges.s_px[known], start_px, end_px)
-    elif fit.coiled:
-        radius[:] = float(fit.p[RC])
+    radius *= held(s, edges.s_px[known], start_px, end_px, fit.diameter_px)
     length = np.sqrt(1.0 + (radius * rate) ** 2)
     turning = (twist * length + rate * (1.0 - 1.0 / length)) / (2.0 * np.pi)
     knotted = _inside(s, knots_px).any(axis=0)
@@ -93,26 +86,6 @@ def _inside(s: np.ndarray, knots_px: list[tuple[float, float]], beyond: float = 
     """Which of s (M,) lie in which knot (K, M), or up to `beyond` outside."""
     ends = np.array(knots_px, dtype=float).reshape(-1, 2)
     return np.asarray((s >= ends[:, :1] - beyond) & (s <= ends[:, 1:] + beyond))
-
-
-def _from_held_ends(
-    s: np.ndarray, seen_px: np.ndarray, start_px: float, end_px: float
-) -> np.ndarray:
-    """Share (M,) of a coil's radius where it is not seen: legs and connector hold the axis."""
-    first, last = max(seen_px[0] - start_px, 1.0), max(end_px - seen_px[-1], 1.0)
-    return np.asarray(np.clip(np.minimum((s - start_px) / first, (end_px - s) / last), 0.0, 1.0))
-
-
-def _coil_px(rate: float, diameter_px: float) -> float:
-    """Length of a coil along the axis. A fit against the strands' sense has a rate below 0."""
-    return 2.0 * np.pi / max(abs(rate), 2.0 * np.pi / (LONGEST_COIL * diameter_px))
-
-
-def _over_a_coil(shown_px: np.ndarray, rate: float, diameter_px: float) -> np.ndarray:
-    """The same (M,) without what goes to and fro within a coil."""
-    if np.isnan(shown_px).any():  # nothing but knots
-        return np.zeros_like(shown_px)
-    return smoothed(shown_px, 0.25 * _coil_px(rate, diameter_px))
 
 
 def coil_rate(edges: Edges, low_px: float, high_px: float, diameter_px: float) -> float:
@@ -144,29 +117,7 @@ def _drawn(fit: HelixFit, p: np.ndarray, closed_over_px: float) -> np.ndarray:
     some coils of it."""
     p = p.copy()
     p[Y0] = p[SLOPE] = 0.0
-    count = int(DRAWN_COILS * _coil_px(float(p[KC]), fit.diameter_px))
+    count = int(DRAWN_COILS * coil_px(float(p[KC]), fit.diameter_px))
     edges = replace(fit, p=p).seen_edges(-0.5 * count, count)
     drawn = envelope_px(*edges, np.ones(count, dtype=bool), closed_over_px, fit.diameter_px)
     return np.clip(0.5 * (drawn - fit.diameter_px), 0.0, None)
-
-
-def _as_shown(
-    fit: HelixFit, shown_px: np.ndarray, beside_px: np.ndarray, closed_over_px: float
-) -> np.ndarray:
-    """The coil's radius (M,) px: the fit's wherever the envelope's (M,) is one that such a coil
-    shows, by how its crests happen to meet the strands' lobes, and else as much less or more.
-
-    Told by the fit's own envelope, drawn over many coils, and by what is seen where it was fitted
-    (K,): where lobes and coils keep step, all along shows what is only a part of the beat.
-    """
-    drawn = _drawn(fit, fit.p, closed_over_px)
-    drawn = _over_a_coil(drawn, float(fit.p[KC]), fit.diameter_px)
-    least, most = (percentile(drawn, share) for share in BEAT)
-    if beside_px.size:
-        typical = median(beside_px)
-        least, most = min(least, typical), max(most, typical)
-    if least < LEAST_RADIUS * fit.diameter_px:
-        return np.full(shown_px.size, float(fit.p[RC]))
-    return fit.p[RC] * np.where(
-        shown_px < least, shown_px / least, np.maximum(shown_px / most, 1.0)
-    )
