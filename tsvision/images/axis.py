@@ -8,6 +8,7 @@ stands still while the strands move.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
@@ -80,6 +81,18 @@ def find_channels(pixels: np.ndarray) -> list[np.ndarray]:
     return [np.ascontiguousarray(lab[..., i]) for i in range(3)]
 
 
+def hue_off_ground(pixels: np.ndarray) -> list[np.ndarray]:
+    """One coarse channel, as `find_channels` makes them: how far the colour, without its lightness,
+    lies from that of most of the picture. Strands of two colours stand out together here, where
+    in the opponent colours each takes back what the other shows. None of a grey picture."""
+    channels = find_channels(pixels)[1:]
+    if not channels:
+        return []
+    opponents = np.stack(channels, axis=-1)
+    away = opponents - np.median(opponents.reshape(-1, 2), axis=0)
+    return [np.linalg.norm(away, axis=-1).astype(np.float32)]
+
+
 def _threshold(channel: np.ndarray) -> float:
     """Contrast that counts in full: well above noise, and a share of the strong thin contrasts."""
     kernel = np.ones((15, 15), np.uint8)
@@ -96,11 +109,13 @@ def find_ridges(
     roi_px: tuple[int, int, int, int] | None = None,
     widths_px: tuple[float, float] | None = None,
     most: int = 4,
+    channels: Callable[[np.ndarray], list[np.ndarray]] = find_channels,
 ) -> list[Ridge]:
     """The strongest distinct ridges common to all pictures (same size), best first.
 
     pictures: uint8/uint16, grey or BGR. roi_px: x, y, width, height to look in.
-    widths_px: smallest and largest width to consider, when the rig tells.
+    widths_px: smallest and largest width to consider, when the rig tells. channels: of one picture,
+    in which to seek.
     """
     x0, y0 = (roi_px[0], roi_px[1]) if roi_px else (0, 0)
     if roi_px:
@@ -108,7 +123,9 @@ def find_ridges(
         pictures = [p[y : y + h, x : x + w] for p in pictures]
     factor = min(1.0, COARSE_PX / max(pictures[0].shape[:2]))
     half_widths = _half_widths(widths_px, factor)
-    stacks = [find_channels(p) for p in pictures]
+    stacks = [channels(p) for p in pictures]
+    if not stacks[0]:
+        return []
     thresholds = [max(_threshold(s[c]) for s in stacks) for c in range(len(stacks[0]))]
     small_h, small_w = stacks[0][0].shape
     middle = np.array([(small_w - 1) / 2, (small_h - 1) / 2])

@@ -6,12 +6,13 @@ frame is cut along the same axis and only its strands are measured anew.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
-from tsvision.images.axis import Ridge, find_ridges
+from tsvision.images.axis import Ridge, find_ridges, hue_off_ground
 from tsvision.images.candidates import (
     CAST_SHARE,
     LEGS_TO_BUNDLE,
@@ -85,25 +86,41 @@ def find_sight(
     along_px: tuple[tuple[float, float], ...] = (),
     least_px: float = 0.0,
 ) -> Sight | None:
-    """Look at some frames of one recording (same size) and find what stands still.
+    """Look at some frames of one recording (same size) and find what stands still: the likeliest of
+    `find_sights`, None when no bundle is in view."""
+    return next(find_sights(pictures, roi_px, widths_px, gamma, side, along_px, least_px), None)
+
+
+def find_sights(
+    pictures: list[np.ndarray],
+    roi_px: tuple[int, int, int, int] | None = None,
+    widths_px: tuple[float, float] | None = None,
+    gamma: float = float("nan"),
+    side: str = "auto",
+    along_px: tuple[tuple[float, float], ...] = (),
+    least_px: float = 0.0,
+) -> Iterator[Sight]:
+    """Where a bundle may lie in some frames of one recording (same size), likeliest first.
 
     pictures: uint8/uint16, grey or BGR. widths_px: smallest and largest bundle width that the rig
     makes possible. side: left | right | top | bottom | auto. along_px: two points on the axis, the
     separator's first, as a person gave them; the line is then only refined, not sought. least_px:
-    what is thinner is a leg. None when no bundle is in view.
+    what is thinner is a leg.
     """
     if min(*pictures[0].shape[:2], *(roi_px[2:] if roi_px else ())) < FEWEST_PX:
-        return None
+        return
     # Not the ends: a film that winds and unwinds begins and ends with hardly a turn, legs alone.
     few = [pictures[i] for i in sorted({len(pictures) * k // 4 for k in (1, 2, 3)})]
     ridges = find_ridges(few, roi_px, widths_px)
     motion = motion_picture(pictures)
     if motion is not None:
         ridges += moving_ridges(motion, pictures[0].shape[:2], roi_px, widths_px)
+    else:
+        ridges += find_ridges(few, roi_px, widths_px, most=2, channels=hue_off_ground)
     if along_px:
         ridges = [given_ridge(along_px, ridges)]
     if not ridges:
-        return None
+        return
     shape = pictures[0].shape[:2]
     # Candidates are weighed on small pictures: only the winner is followed at full size.
     factor = min(1.0, SEARCH_PX / max(shape))
@@ -114,9 +131,10 @@ def find_sight(
         return settle(small, axis, ridge.width_px * factor, between=between, beside=beside)
 
     trials = [tried(r) for r in [*ridges, *bisectors(ridges, shape)]]
-    for times in LEGS_TO_BUNDLE:
-        halfway = bisectors(ridges, shape, one_colour=False, times=times)
-        trials += [tried(r, between=True) for r in halfway]
+    if motion is None:
+        for times in LEGS_TO_BUNDLE:
+            halfway = bisectors(ridges, shape, one_colour=False, times=times)
+            trials += [tried(r, between=True) for r in halfway]
 
     def merit(trial: Trial) -> float:
         support = trial.support * plausible(trial.width_px / factor, widths_px, least_px)
@@ -141,17 +159,41 @@ def find_sight(
             if swallows(trial, other):
                 rivals.append(merit_of / SWALLOWED_SHARE)
         merits.append(0.0 if max(rivals, default=0.0) > own else own)
-    best = trials[int(np.argmax(merits))]
+    order = np.argsort(-np.array(merits), kind="stable")
+    taken: list[Trial] = []
+    for trial in (trials[i] for i in order):
+        if not any(_same(trial, other) for other in taken):
+            taken.append(trial)
+            axis, width = _scaled(trial.axis, 1.0 / factor), trial.width_px / factor
+            yield _sight_along(pictures, axis, width, trial.between, gamma, side, along_px)
+
+
+def _same(trial: Trial, other: Trial) -> bool:
+    """Whether two lines have come to lie in the same place, within half a width."""
+    here, there = (t.axis.at(np.array([0.0, t.axis.length_px])) for t in (trial, other))
+    apart = np.linalg.norm(here - there, axis=1).max()
+    return bool(apart < 0.5 * min(trial.width_px, other.width_px))
+
+
+def _sight_along(
+    pictures: list[np.ndarray],
+    axis: Axis,
+    width: float,
+    between: bool,
+    gamma: float,
+    side: str,
+    along_px: tuple[tuple[float, float], ...],
+) -> Sight:
+    """What is seen along a line, followed at full size."""
     linears = [to_linear(p, gamma) for p in pictures]
-    axis, width = _scaled(best.axis, 1.0 / factor), best.width_px / factor
-    found = settle(linears, axis, width, turns=1, between=best.between)
+    found = settle(linears, axis, width, turns=1, between=between)
     axis, width = found.axis, found.width_px
     half = int(np.ceil(4.0 * width)) + 6
     strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
-    weights, separation, by_distance = find_signal(strips, 0.5 * width, best.between)
-    core = core_of(strips, weights, width, best.between)
+    weights, separation, by_distance = find_signal(strips, 0.5 * width, between)
+    core = core_of(strips, weights, width, between)
     sense = 1 if core >= 0 or by_distance else -1
-    masks, shadow = masks_of(strips, weights, width, by_distance, False, best.between)
+    masks, shadow = masks_of(strips, weights, width, by_distance, False, between)
     near, far = leg_spread(masks, half, width)
     legs = near != far
     flip = far > near if side == "auto" else _needs_flip(axis, side)

@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from tsvision.images.percentiles import median, percentile
 from tsvision.measures.bundle import BundleFit
@@ -28,6 +29,7 @@ SEEN = 0.05  # of full weight
 # What swings by EVEN more or less than the fit does anywhere may still be it; by UNEVEN more still,
 # shares of what is typical, it counts in full.
 EVEN, UNEVEN = 0.05, 0.15
+SHOULDER = 0.5  # of a coil, which shows its crests no closer
 COILS = 10  # drawn of a fit
 # Of the strands' repeat, by which they move on from coil to coil: ten coils show ten phases.
 MOVES_ON = np.array([-0.1, 0.1, 0.3, 0.7, 0.9, 1.1])
@@ -66,9 +68,11 @@ def radius_along(
     drawn = _drawn_swings(fit)
     least = (1.0 - EVEN) * min(typical, percentile(drawn, LEAST))
     most = (1.0 + EVEN) * max(typical, percentile(drawn, MOST))
-    seen = np.interp(s_px, at, swings)
-    other = np.clip(np.maximum(least - seen, seen - most) / (UNEVEN * typical), 0.0, 1.0)
-    return np.asarray(radius * (1.0 + (seen / typical - 1.0) * other))
+    other = np.clip(np.maximum(least - swings, swings - most) / (UNEVEN * typical), 0.0, 1.0)
+    # What is plainly of another radius goes over into the fit's, and is not cut off at the range.
+    plain = maximum_filter1d(np.floor(other), 2 * int(SHOULDER * A_COIL) + 1)
+    off = (swings / typical - 1.0) * np.maximum(other, plain)
+    return np.asarray(radius * (1.0 + np.interp(s_px, at, off)))
 
 
 def _drawn_swings(fit: HelixFit) -> np.ndarray:

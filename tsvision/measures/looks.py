@@ -5,13 +5,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from tsvision.images.contrast import told_by_colour
-from tsvision.images.sight import Sight, find_sight
+from tsvision.images.sight import Sight, find_sights
 from tsvision.measures.count import count_strands
 from tsvision.measures.cut import Cut, cut_frame, find_edges, learn_shading
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
@@ -207,10 +208,15 @@ def _plain(rho_px: float) -> tuple[Shading, Shading]:
 
 def sight_of(pictures: list[np.ndarray], rig: Rig, scale: Scale) -> Sight | None:
     """Where the bundle lies in some pictures of one size, by all that the rig tells of it."""
+    return next(sights_of(pictures, rig, scale), None)
+
+
+def sights_of(pictures: list[np.ndarray], rig: Rig, scale: Scale) -> Iterator[Sight]:
+    """Where it may lie, likeliest first."""
     view, widths = rig.view, _possible_widths(rig, scale)
     least_px, _ = possible_px(rig, scale)
     gamma, side = rig.camera.gamma, view.separator_side
-    return find_sight(pictures, view.roi_px, widths, gamma, side, view.axis_px, least_px)
+    return find_sights(pictures, view.roi_px, widths, gamma, side, view.axis_px, least_px)
 
 
 def possible_px(rig: Rig, scale: Scale) -> tuple[float, float]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from tsvision.flags import Flag, flags_to_text
 from tsvision.images.frames import iter_frames
+from tsvision.measures.alone import explained
 from tsvision.measures.bowed import Bowed, learn_bowed, measure_bowed
 from tsvision.measures.frame import LEGS_TURNS, Warm, measure_frame
 from tsvision.measures.looks import Looks, learn_looks, pick_samples
@@ -52,6 +53,13 @@ class Measurer:
         scale = resolve_scale(self.rig, alike[0])
         looks = learn_looks(alike, self.rig, scale)
         self.bowed, self.looks = learn_bowed(alike, looks, self.rig, scale)
+        if len(alike) == 1 and self.rig.strings.count is not None and not self._has_helix():
+            self.looks = explained(alike[0], self.rig, scale, self.looks)
+            self.bowed = self.bowed if self.looks is None else None
+
+    def _has_helix(self) -> bool:
+        """Whether what was learnt holds strands to be fitted along a curve."""
+        return self.bowed is not None and self.bowed.looks is not None
 
     def measure(self, frame: Frame, turns: float = float("nan")) -> FrameResult:
         """One frame; never raises on what the picture shows."""

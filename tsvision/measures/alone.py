@@ -1,0 +1,37 @@
+"""One picture alone: the line along which it shows a bundle that the model explains.
+
+A film tells by what moves where its bundle lies. One picture has rods, cables and shadows as long
+and even as a bundle, and legs that outshine it; but only along a bundle do the edges follow twisted
+strands. The likeliest lines are therefore measured one after the other.
+"""
+
+from __future__ import annotations
+
+from itertools import islice
+
+import numpy as np
+
+from tsvision.flags import Flag, flags_from_text
+from tsvision.measures.frame import Warm, measure_frame
+from tsvision.measures.looks import Looks, learn_looks, sights_of
+from tsvision.records import Frame, Rig, Scale
+
+TRIED = 3  # lines
+DOUBTFUL = Flag.ENVELOPE_ONLY | Flag.NO_PITCH | Flag.COIL_UNSURE
+
+
+def explained(picture: np.ndarray, rig: Rig, scale: Scale, likeliest: Looks | None) -> Looks | None:
+    """The looks learnt along the likeliest line whose bundle a helix describes, and those of the
+    likeliest line of all (as given) where none is."""
+    if likeliest is not None and _is_described(likeliest, picture):
+        return likeliest
+    for sight in islice(sights_of([picture], rig, scale), 1, TRIED):
+        looks = learn_looks([picture], rig, scale, sight)
+        if looks is not None and _is_described(looks, picture):
+            return looks
+    return likeliest
+
+
+def _is_described(looks: Looks, picture: np.ndarray) -> bool:
+    row = measure_frame(Frame(0, "", picture), looks, float("nan"), Warm())[0].row
+    return not flags_from_text(row.flags) & DOUBTFUL and bool(np.isfinite(row.pitch_px))
