@@ -144,6 +144,27 @@ def test_two_colours_with_a_shadow() -> None:
     assert off_axis_px(sight) < 1.5
 
 
+@pytest.mark.parametrize("shadow", [0.5, 0.8])
+@pytest.mark.parametrize("red", [(0.06, 0.06, 0.35), (0.08, 0.08, 0.45)])
+def test_red_on_green_with_a_shadow(red: tuple[float, float, float], shadow: float) -> None:
+    """As dark as the ground or darker, and the shadow darker still: with the strings it made one
+    run 35 px wide, or was measured in place of them. Its hue is the ground's."""
+    ground = (0.1, 0.2, 0.1)
+    sight = find_sight(bundle_film(ground, (red,), shadow))
+    assert sight is not None
+    assert sight.width_px == pytest.approx(BUNDLE_PX, abs=3.0)
+    assert off_axis_px(sight) < 1.5
+    assert abs(float(sight.weights @ np.array(ground))) < 0.02
+
+
+def test_a_hue_is_asked_for_only_where_a_shadow_is_deep() -> None:
+    """Luma's edges are sharper: without a shadow dark red strings are seen by it."""
+    sight = find_sight(bundle_film((0.1, 0.2, 0.1), ((0.02, 0.03, 0.12),)))
+    assert sight is not None
+    assert np.array_equal(sight.weights, LUMA_BGR)
+    assert sight.width_px == pytest.approx(BUNDLE_PX, abs=3.0)
+
+
 def test_shadow_level_lies_above_a_soft_border_only() -> None:
     n = np.arange(-40, 41)[:, None] + np.zeros(200)
     noise = np.random.default_rng(1).normal(0.0, 0.01, n.shape)

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 
 from tsvision.images.axis import Ridge, find_ridges
-from tsvision.images.contrast import core_of, find_signal, told_by_colour
-from tsvision.images.masks import leg_columns, masks_of, refine, single_columns
+from tsvision.images.contrast import core_of, told_by_colour
+from tsvision.images.masks import leg_columns, refine, seen_in, single_columns
 from tsvision.images.strip import Axis, cut_strip, straight_axis
 
 PARALLEL = 0.1  # sine of the angle between strings and their shadow on a ground beneath
@@ -58,15 +58,14 @@ def settle(
     for turn in range(turns):
         half = int(np.ceil(3.2 * width)) + 6
         strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
-        weights, separation, by_distance = find_signal(strips, 0.5 * width, between)
-        rough = turn < turns - 1 and beside
-        masks, shadow = masks_of(strips, weights, width, by_distance, rough, between)
+        seen = seen_in(strips, width, turn < turns - 1 and beside, between)
+        masks = seen.masks
         if turn == turns - 1:
             support = sum(support_of(m, half, width, between) for m in masks) / len(masks)
-            support *= _liveliness(masks, half, width) * (1.0 - shadow.soft)
-            support *= float(np.nan_to_num(np.clip(separation / APART, 0.05, 1.0), nan=1.0))
-            by_light = not told_by_colour(weights, by_distance)
-            darker = by_light and core_of(strips, weights, width, between) < 0.0
+            support *= _liveliness(masks, half, width) * (1.0 - seen.shadow.soft)
+            support *= float(np.nan_to_num(np.clip(seen.separation / APART, 0.05, 1.0), nan=1.0))
+            by_light = not told_by_colour(seen.weights, seen.by_distance)
+            darker = by_light and core_of(strips, seen.weights, width, between) < 0.0
         axis, width = refine(axis, masks, half, width)
     return Trial(axis, width, support, bool(darker), between)
 

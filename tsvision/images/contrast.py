@@ -6,9 +6,10 @@ import numpy as np
 
 from tsvision.images.cloud import central_cloud
 from tsvision.images.ground import above_ground, nan_median
-from tsvision.images.linear import LUMA_BGR, best_weights, project
+from tsvision.images.linear import LUMA_BGR, best_weights, project, shadeless_weights
 from tsvision.images.strip import Strip
 
+FEWEST = 10  # samples
 OTHER_HUE = 4.0  # spreads of the ground's hue from which strings are of another
 SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are of several colours
 # Per cent of the samples on strands of several colours that may lie where two of them meet: there
@@ -30,6 +31,30 @@ def find_signal(
     between: whether the axis may run between legs most of the way."""
     if strips[0].values.ndim == 2:
         return LUMA_BGR, float("nan"), False
+    inner, outer = _samples(strips, half_core, between)
+    if min(len(inner), len(outer)) < FEWEST:
+        return LUMA_BGR, float("nan"), False  # no ground in view beside a candidate this wide
+    weights, separation = best_weights(central_cloud(inner), central_cloud(outer))
+    if not many_coloured(inner, outer):
+        return weights, separation, False
+    return _shadowless(inner, outer), separation, True
+
+
+def find_hue(
+    strips: list[Strip], half_core: float, between: bool = False
+) -> tuple[np.ndarray, float]:
+    """Channel weights that shadows on the ground do not change, and the separation in sd that they
+    reach; 0 where there is no colour."""
+    inner, outer = np.zeros((0, 3)), np.zeros((0, 3))
+    if strips[0].values.ndim == 3:
+        inner, outer = _samples(strips, half_core, between)
+    if min(len(inner), len(outer)) < FEWEST:
+        return LUMA_BGR, 0.0
+    return shadeless_weights(central_cloud(inner), central_cloud(outer))
+
+
+def _samples(strips: list[Strip], half_core: float, between: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Colours (K, 3) on the axis of some strips, and (L, 3) on the ground beside it."""
     core, ground = [], []
     for strip in strips:
         n = np.arange(-strip.half_px, strip.half_px + 1)
@@ -39,13 +64,7 @@ def find_signal(
         core.append(inner[:: max(1, len(inner) // 1500)])
         ground.append(outer[:: max(1, len(outer) // 1500)])
     inner, outer = np.concatenate(core), np.concatenate(ground)
-    inner, outer = inner[~np.isnan(inner).any(1)], outer[~np.isnan(outer).any(1)]
-    if min(len(inner), len(outer)) < 10:
-        return LUMA_BGR, float("nan"), False  # no ground in view beside a candidate this wide
-    weights, separation = best_weights(central_cloud(inner), central_cloud(outer))
-    if not many_coloured(inner, outer):
-        return weights, separation, False
-    return _shadowless(inner, outer), separation, True
+    return inner[~np.isnan(inner).any(1)], outer[~np.isnan(outer).any(1)]
 
 
 def _off_ground(axis: np.ndarray, outer: np.ndarray) -> np.ndarray:

@@ -74,6 +74,9 @@ def _looked_up(pixels, blue, green, red):  # pragma: no cover - compiled
     return out
 
 
+SHADED = 0.6  # sd of the ground's light in shadow, of itself
+
+
 def luma_is_enough(separation: float) -> bool:
     """Luma is kept while it separates strings from ground by this many standard deviations: its
     edges are sharper than those of JPEG and video chroma, which are stored at half resolution."""
@@ -86,20 +89,37 @@ def best_weights(strings: Cloud, ground: Cloud) -> tuple[np.ndarray, float]:
     strings, ground: linear BGR colours on the bundle and beside it. Fisher's linear discriminant
     with a ridge, so that a channel without light cannot dominate.
     """
-    difference = strings.mean - ground.mean
-    scatter = 0.5 * (strings.scatter + ground.scatter)
-    scatter += np.eye(3) * (1e-6 + 0.02 * np.trace(scatter))
-
-    def separation(w: np.ndarray) -> float:
-        return float(abs(w @ difference) / np.sqrt(w @ scatter @ w))
-
-    luma = separation(LUMA_BGR)
+    luma = _separation(LUMA_BGR, strings, ground)
     if luma_is_enough(luma):
         return LUMA_BGR.copy(), luma
-    weights = np.linalg.solve(scatter, difference)
-    weights /= np.abs(weights).sum()
-    reached = separation(weights)
+    weights = _discriminant(strings, ground, 0.0)
+    reached = _separation(weights, strings, ground)
     # A small advantage does not pay for chroma's coarser edges.
     if reached < 1.5 * luma:
         return LUMA_BGR.copy(), luma
     return weights.astype(np.float32), reached
+
+
+def shadeless_weights(strings: Cloud, ground: Cloud) -> tuple[np.ndarray, float]:
+    """The same where the light on the ground may be any: a shadow lies close along the strings, and
+    is no part of what is seen of the ground further off."""
+    weights = _discriminant(strings, ground, SHADED)
+    return weights.astype(np.float32), _separation(weights, strings, ground)
+
+
+def _discriminant(strings: Cloud, ground: Cloud, shaded: float) -> np.ndarray:
+    """Fisher's, for light on the ground whose sd is `shaded` of itself more than is seen."""
+    shade = shaded * ground.mean
+    scatter = _scatter(strings, ground) + shade[:, None] * shade
+    weights = np.linalg.solve(scatter, strings.mean - ground.mean)
+    return np.asarray(weights / np.abs(weights).sum())
+
+
+def _scatter(strings: Cloud, ground: Cloud) -> np.ndarray:
+    scatter = 0.5 * (strings.scatter + ground.scatter)
+    return np.asarray(scatter + np.eye(3) * (1e-6 + 0.02 * np.trace(scatter)))
+
+
+def _separation(weights: np.ndarray, strings: Cloud, ground: Cloud) -> float:
+    apart = abs(weights @ (strings.mean - ground.mean))
+    return float(apart / np.sqrt(weights @ _scatter(strings, ground) @ weights))

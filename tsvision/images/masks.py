@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple
+from dataclasses import astuple, dataclass
 
 import cv2
 import numba
 import numpy as np
 
-from tsvision.images.contrast import ROUGH, scaled_contrast, told_by_colour
+from tsvision.images.contrast import (
+    ROUGH,
+    find_hue,
+    find_signal,
+    scaled_contrast,
+    told_by_colour,
+)
 from tsvision.images.percentiles import median
 from tsvision.images.shadow import DARKENS, DEEPEST, NO_SHADOW, Shadow, find_shadow
 from tsvision.images.strip import Axis, Strip, straight_axis
 
 DEEPEST_CHROMA = 0.25  # contrast to which blocks of compressed colour reach beside strands
+DEEP_SHADOW = 0.3  # contrast to which it reaches: dim limbs of strings have no more
+HUE_APART = 1.5  # sd from which a hue tells strings from ground
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
 
 
@@ -68,6 +76,33 @@ def masks_of(
         string_mask(c, 0.2 * width, max(low, shadow.level))
         for (c, _), low in zip(scaled, least, strict=True)
     ], shadow
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What tells strings from ground in some strips: see `find_signal`; and their masks."""
+
+    weights: np.ndarray
+    separation: float
+    by_distance: bool
+    masks: list[np.ndarray]
+    shadow: Shadow
+
+
+def seen_in(strips: list[Strip], width: float, rough: bool, between: bool = False) -> Seen:
+    """The strings in some strips: by what tells them from the ground, or where a deep shadow is
+    told from it as well, by a hue that it leaves as it is."""
+    weights, separation, by_distance = find_signal(strips, 0.5 * width, between)
+    masks, shadow = masks_of(strips, weights, width, by_distance, rough, between)
+    seen = Seen(weights, separation, by_distance, masks, shadow)
+    counts_all = by_distance and not told_by_colour(weights, False)
+    if not counts_all and (by_distance or shadow.level <= DEEP_SHADOW):
+        return seen
+    hue, apart = find_hue(strips, 0.5 * width, between)
+    if not apart > HUE_APART:
+        return seen
+    masks, fainter = masks_of(strips, hue, width, False, rough, between)
+    return Seen(hue, apart, False, masks, fainter) if fainter.level < shadow.level else seen
 
 
 def single_columns(mask: np.ndarray, half: int, width: float) -> np.ndarray:

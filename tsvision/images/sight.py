@@ -27,9 +27,9 @@ from tsvision.images.candidates import (
     settle,
     swallows,
 )
-from tsvision.images.contrast import core_of, find_signal
+from tsvision.images.contrast import core_of
 from tsvision.images.linear import to_linear
-from tsvision.images.masks import extent_of, leg_spread, masks_of
+from tsvision.images.masks import extent_of, leg_spread, seen_in
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.strip import Axis, cut_strip, straight_axis
 
@@ -190,10 +190,10 @@ def _sight_along(
     axis, width = found.axis, found.width_px
     half = int(np.ceil(4.0 * width)) + 6
     strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
-    weights, separation, by_distance = find_signal(strips, 0.5 * width, between)
-    core = core_of(strips, weights, width, between)
-    sense = 1 if core >= 0 or by_distance else -1
-    masks, shadow = masks_of(strips, weights, width, by_distance, False, between)
+    seen = seen_in(strips, width, False, between)
+    core = core_of(strips, seen.weights, width, between)
+    sense = 1 if core >= 0 or seen.by_distance else -1
+    masks = seen.masks
     near, far = leg_spread(masks, half, width)
     legs = near != far
     flip = far > near if side == "auto" else _needs_flip(axis, side)
@@ -205,17 +205,17 @@ def _sight_along(
     start, end, connector = extent_of(masks, half, width)
     return Sight(
         axis=axis,
-        weights=np.asarray(weights),
+        weights=np.asarray(seen.weights),
         sense=sense,
         width_px=width,
         start_px=start,
         end_px=end,
         connector_px=connector,
         legs_seen=bool(legs),
-        separation=separation,
+        separation=seen.separation,
         gamma=gamma,
-        by_distance=by_distance,
-        shadow_level=shadow.level,
+        by_distance=seen.by_distance,
+        shadow_level=seen.shadow.level,
     )
 
 
