@@ -115,7 +115,7 @@ def find_sights(
     motion = motion_picture(pictures)
     if motion is not None:
         ridges += moving_ridges(motion, pictures[0].shape[:2], roi_px, widths_px)
-    else:
+    elif least_px > 0.0:  # a cord of any make is sought by what it shows most of
         ridges += find_ridges(few, roi_px, widths_px, most=2, channels=hue_off_ground)
     if along_px:
         ridges = [given_ridge(along_px, ridges)]

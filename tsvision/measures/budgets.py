@@ -13,6 +13,7 @@ from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.laid import laid_along
 from tsvision.measures.looks import Looks
 from tsvision.measures.silhouette import RHO
+from tsvision.measures.weigh import weighed
 from tsvision.records import FrameRow
 
 NAN = float("nan")
@@ -22,6 +23,7 @@ ENDS_SD = 0.12  # turns: what lies between where apex and connector are seen and
 LEGS_SD = 0.2
 RATE_SD = 0.007  # of the turns and the string between them, ...
 COIL_RATE_SD = 0.02  # ... and where they coil: the pitch's own share there
+LEAST_COST = 0.01  # of a fit: less is noise
 KNOT_SD = 0.06  # of the turns and the string that knots hold
 
 
@@ -48,7 +50,9 @@ def add_budgets(
     ends = list(knot_ends_px)
     laid = [laid_along(f, edges, envelope, ends, apex_px, end) for f in fits]
     turns = [each.turns for each in laid]
-    turns_seen = 0.25 + float(np.mean(turns))
+    # Of two stretches the one that its helix describes better tells more.
+    trust = [1.0 / max(weighed(f.fit, NAN), LEAST_COST) ** 2 for f in fits]
+    turns_seen = 0.25 + float(np.average(turns, weights=trust))
     held = float(np.mean([each.knot_turns for each in laid]))
     rate = COIL_RATE_SD if any(f.fit.coiled for f in fits) else RATE_SD
     apart = float(np.hypot(ENDS_SD, LEGS_SD)) if looks.strand_count > 2 else ENDS_SD
@@ -61,7 +65,7 @@ def add_budgets(
     string_mm = string_mm_sd = NAN
     if np.isfinite(apex_mm) and looks.zero_known:
         leg = float(np.hypot(apex_mm, 0.5 * looks.hole_distance_mm))
-        bundle = float(np.mean(string)) * scale
+        bundle = float(np.average(string, weights=trust)) * scale
         string_mm = leg + bundle
         string_mm_sd = rate * bundle
         string_mm_sd += (0.5 * float(np.ptp(string)) + KNOT_SD * knotted) * scale
