@@ -16,7 +16,7 @@ from tsvision.measures.frame import Warm, measure_frame
 from tsvision.measures.looks import Looks, learn_looks, sights_of
 from tsvision.records import Frame, Rig, Scale
 
-TRIED = 3  # lines
+TRIED = 4  # lines
 DOUBTFUL = Flag.ENVELOPE_ONLY | Flag.NO_PITCH | Flag.COIL_UNSURE
 
 
