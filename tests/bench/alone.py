@@ -27,7 +27,6 @@ import pandas as pd
 
 from tests.bench.pathtraced import score
 from tests.bench.scoring import HELD, held, rms
-from tsvision.flags import flags_to_text
 from tsvision.images.frames import iter_frames
 from tsvision.measures.recording import Measurer
 from tsvision.run import Request, open_request
@@ -79,7 +78,7 @@ def pictures(folder: Path, every: int, with_turns: bool) -> pd.DataFrame:
                 "D_measured_px": row.diameter_px,
                 "D_sd_px": row.diameter_px_sd,
                 "hand": row.handedness,
-                "flags": row.flags if isinstance(row.flags, str) else flags_to_text(row.flags),
+                "flags": row.flags,
                 **true.loc[frame.index],
             }
         )

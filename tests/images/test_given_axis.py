@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tsvision.errors import InputError
-from tsvision.images.sight import find_sight
+from tsvision.images.sight import Told, find_sight
 from tsvision.rig import load_rig
 
 
@@ -22,7 +22,7 @@ def two_ropes(height: int = 240, width: int = 480) -> np.ndarray:
 
 @pytest.mark.parametrize("row", [70.0, 170.0])
 def test_the_rope_meant_is_taken_and_the_line_put_right(row: float) -> None:
-    sight = find_sight([two_ropes()], along_px=((30.0, row + 5), (440.0, row - 3)))
+    sight = find_sight([two_ropes()], Told(along_px=((30.0, row + 5), (440.0, row - 3))))
     assert sight is not None
     points = sight.axis.at(np.array([50.0, 200.0, 400.0]))
     np.testing.assert_allclose(points[:, 1], row, atol=0.5)
@@ -30,7 +30,7 @@ def test_the_rope_meant_is_taken_and_the_line_put_right(row: float) -> None:
 
 
 def test_the_first_point_tells_where_the_separator_is() -> None:
-    sight = find_sight([two_ropes()], along_px=((440.0, 170.0), (30.0, 170.0)))
+    sight = find_sight([two_ropes()], Told(along_px=((440.0, 170.0), (30.0, 170.0))))
     assert sight is not None
     assert sight.axis.tangent(np.array(0.0))[0] == pytest.approx(-1, abs=0.01)
 

@@ -18,7 +18,7 @@ from tsvision.images.curve import find_curve
 from tsvision.images.linear import LUMA_BGR
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.shadow import find_shadow
-from tsvision.images.sight import Sight, find_sight
+from tsvision.images.sight import Sight, Told, find_sight
 from tsvision.images.strip import straight_axis
 
 WIDTH_PX, HEIGHT_PX = 480, 270
@@ -206,7 +206,7 @@ def test_no_grain_is_followed_beside_strands_of_two_colours(
     region: tuple[int, int, int, int] | None,
 ) -> None:
     pictures = grain_and_plies()
-    sight = find_sight(pictures, region)
+    sight = find_sight(pictures, Told(roi_px=region))
     assert sight is not None and sight.by_distance
     assert sight.width_px == pytest.approx(36.0, abs=5.0)
     curve = find_curve(pictures, sight, region, closely=True)
@@ -273,7 +273,7 @@ def few_turns(apex: float) -> np.ndarray:
 def test_one_picture_of_few_turns_shows_the_bundle_and_not_a_leg(apex: float) -> None:
     """The bundle is shorter than its legs: its axis runs over ground most of the way, and a leg
     was taken for a bundle of half the width."""
-    sight = find_sight([few_turns(apex)], least_px=0.6 * BUNDLE_PX)
+    sight = find_sight([few_turns(apex)], Told(least_px=0.6 * BUNDLE_PX))
     assert sight is not None
     assert off_axis_px(sight) < 0.3 * BUNDLE_PX
     assert sight.width_px == pytest.approx(BUNDLE_PX, rel=0.3)

@@ -95,8 +95,8 @@ def seen_in(strips: list[Strip], width: float, rough: bool, between: bool = Fals
     weights, separation, by_distance = find_signal(strips, 0.5 * width, between)
     masks, shadow = masks_of(strips, weights, width, by_distance, rough, between)
     seen = Seen(weights, separation, by_distance, masks, shadow)
-    counts_all = by_distance and not told_by_colour(weights, False)
-    if not counts_all and (by_distance or shadow.level <= DEEP_SHADOW):
+    enough = told_by_colour(weights, False) if by_distance else shadow.level <= DEEP_SHADOW
+    if enough:
         return seen
     hue, apart = find_hue(strips, 0.5 * width, between)
     if not apart > HUE_APART:

@@ -77,36 +77,36 @@ class Sight:
         )
 
 
-def find_sight(
-    pictures: list[np.ndarray],
-    roi_px: tuple[int, int, int, int] | None = None,
-    widths_px: tuple[float, float] | None = None,
-    gamma: float = float("nan"),
-    side: str = "auto",
-    along_px: tuple[tuple[float, float], ...] = (),
-    least_px: float = 0.0,
-) -> Sight | None:
-    """Look at some frames of one recording (same size) and find what stands still: the likeliest of
-    `find_sights`, None when no bundle is in view."""
-    return next(find_sights(pictures, roi_px, widths_px, gamma, side, along_px, least_px), None)
+@dataclass(frozen=True)
+class Told:
+    """What is known of where to look before any picture is seen.
 
-
-def find_sights(
-    pictures: list[np.ndarray],
-    roi_px: tuple[int, int, int, int] | None = None,
-    widths_px: tuple[float, float] | None = None,
-    gamma: float = float("nan"),
-    side: str = "auto",
-    along_px: tuple[tuple[float, float], ...] = (),
-    least_px: float = 0.0,
-) -> Iterator[Sight]:
-    """Where a bundle may lie in some frames of one recording (same size), likeliest first.
-
-    pictures: uint8/uint16, grey or BGR. widths_px: smallest and largest bundle width that the rig
-    makes possible. side: left | right | top | bottom | auto. along_px: two points on the axis, the
+    roi_px: x, y, width, height. widths_px: smallest and largest bundle width that the rig makes
+    possible. side: left | right | top | bottom | auto. along_px: two points on the axis, the
     separator's first, as a person gave them; the line is then only refined, not sought. least_px:
     what is thinner is a leg.
     """
+
+    roi_px: tuple[int, int, int, int] | None = None
+    widths_px: tuple[float, float] | None = None
+    gamma: float = float("nan")
+    side: str = "auto"
+    along_px: tuple[tuple[float, float], ...] = ()
+    least_px: float = 0.0
+
+
+def find_sight(pictures: list[np.ndarray], told: Told = Told()) -> Sight | None:
+    """Look at some frames of one recording (same size) and find what stands still: the likeliest of
+    `find_sights`, None when no bundle is in view."""
+    return next(find_sights(pictures, told), None)
+
+
+def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
+    """Where a bundle may lie in some frames of one recording (same size), likeliest first.
+
+    pictures: uint8/uint16, grey or BGR.
+    """
+    roi_px, widths_px, least_px = told.roi_px, told.widths_px, told.least_px
     if min(*pictures[0].shape[:2], *(roi_px[2:] if roi_px else ())) < FEWEST_PX:
         return
     # Not the ends: a film that winds and unwinds begins and ends with hardly a turn, legs alone.
@@ -117,14 +117,14 @@ def find_sights(
         ridges += moving_ridges(motion, pictures[0].shape[:2], roi_px, widths_px)
     elif least_px > 0.0:  # a cord of any make is sought by what it shows most of
         ridges += find_ridges(few, roi_px, widths_px, most=2, channels=hue_off_ground)
-    if along_px:
-        ridges = [given_ridge(along_px, ridges)]
+    if told.along_px:
+        ridges = [given_ridge(told.along_px, ridges)]
     if not ridges:
         return
     shape = pictures[0].shape[:2]
     # Candidates are weighed on small pictures: only the winner is followed at full size.
     factor = min(1.0, SEARCH_PX / max(shape))
-    small = [to_linear(_shrunk(p, factor), gamma) for p in few]
+    small = [to_linear(_shrunk(p, factor), told.gamma) for p in few]
 
     def tried(ridge: Ridge, between: bool = False, beside: bool = len(small) > 1) -> Trial:
         axis = _scaled(line_of_ridge(ridge, shape, roi_px), factor)
@@ -165,7 +165,7 @@ def find_sights(
         if not any(_same(trial, other) for other in taken):
             taken.append(trial)
             axis, width = _scaled(trial.axis, 1.0 / factor), trial.width_px / factor
-            yield _sight_along(pictures, axis, width, trial.between, gamma, side, along_px)
+            yield _sight_along(pictures, axis, width, trial.between, told)
 
 
 def _same(trial: Trial, other: Trial) -> bool:
@@ -176,16 +176,10 @@ def _same(trial: Trial, other: Trial) -> bool:
 
 
 def _sight_along(
-    pictures: list[np.ndarray],
-    axis: Axis,
-    width: float,
-    between: bool,
-    gamma: float,
-    side: str,
-    along_px: tuple[tuple[float, float], ...],
+    pictures: list[np.ndarray], axis: Axis, width: float, between: bool, told: Told
 ) -> Sight:
     """What is seen along a line, followed at full size."""
-    linears = [to_linear(p, gamma) for p in pictures]
+    linears = [to_linear(p, told.gamma) for p in pictures]
     found = settle(linears, axis, width, turns=1, between=between)
     axis, width = found.axis, found.width_px
     half = int(np.ceil(4.0 * width)) + 6
@@ -196,9 +190,11 @@ def _sight_along(
     masks = seen.masks
     near, far = leg_spread(masks, half, width)
     legs = near != far
-    flip = far > near if side == "auto" else _needs_flip(axis, side)
-    if along_px:
-        flip = bool(np.subtract(along_px[1], along_px[0]) @ axis.tangent(np.array(0.0)) < 0)
+    flip = far > near if told.side == "auto" else _needs_flip(axis, told.side)
+    if told.along_px:
+        flip = bool(
+            np.subtract(told.along_px[1], told.along_px[0]) @ axis.tangent(np.array(0.0)) < 0
+        )
     if flip:
         axis = axis.reversed()
         masks = [m[::-1, ::-1] for m in masks]
@@ -213,7 +209,7 @@ def _sight_along(
         connector_px=connector,
         legs_seen=bool(legs),
         separation=seen.separation,
-        gamma=gamma,
+        gamma=told.gamma,
         by_distance=seen.by_distance,
         shadow_level=seen.shadow.level,
     )

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from tsvision.images.contrast import told_by_colour
-from tsvision.images.sight import Sight, find_sights
+from tsvision.images.sight import Sight, Told, find_sights
 from tsvision.measures.count import count_strands
 from tsvision.measures.cut import Cut, cut_frame, find_edges, learn_shading
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
@@ -216,7 +216,8 @@ def sights_of(pictures: list[np.ndarray], rig: Rig, scale: Scale) -> Iterator[Si
     view, widths = rig.view, _possible_widths(rig, scale)
     least_px, _ = possible_px(rig, scale)
     gamma, side = rig.camera.gamma, view.separator_side
-    return find_sights(pictures, view.roi_px, widths, gamma, side, view.axis_px, least_px)
+    told = Told(view.roi_px, widths, gamma, side, view.axis_px, least_px)
+    return find_sights(pictures, told)
 
 
 def possible_px(rig: Rig, scale: Scale) -> tuple[float, float]:

@@ -53,13 +53,11 @@ class Measurer:
         scale = resolve_scale(self.rig, alike[0])
         looks = learn_looks(alike, self.rig, scale)
         self.bowed, self.looks = learn_bowed(alike, looks, self.rig, scale)
-        if len(alike) == 1 and self.rig.strings.count is not None and not self._has_helix():
+        alone = len(alike) == 1 and self.rig.strings.count is not None
+        if alone and (self.bowed is None or self.looks is None):
             self.looks = explained(alike[0], self.rig, scale, self.looks)
-            self.bowed = self.bowed if self.looks is None else None
-
-    def _has_helix(self) -> bool:
-        """Whether what was learnt holds strands to be fitted along a curve."""
-        return self.bowed is not None and self.bowed.looks is not None
+            if self.looks is not None:
+                self.bowed = None
 
     def measure(self, frame: Frame, turns: float = float("nan")) -> FrameResult:
         """One frame; never raises on what the picture shows."""
