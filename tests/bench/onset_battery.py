@@ -264,6 +264,8 @@ def main() -> None:
             if options.rendered is None
             else measure_rendered(case, options.rendered, options.again)
         )
+    if not measured:
+        parser.error(f"nothing to tell of in {options.rendered}")
     rows = onset_rows(measured)
     print(f"{len(measured)} recordings, {sum(len(m.frames) for m in measured)} frames")
     print(show(onset_summary(rows)))

@@ -22,6 +22,12 @@ from tsvision.measures.shading import (
 UNEXPLAINED = 0.03  # of the core's contrast: what a column shows besides the template
 # Before a column is seen: of its step's height, in the template's, and of its ramp's, in that.
 STEP_SD, RAMP_SD = 0.3, 2.0
+# A step after which the next is far shorter, a short one, one too long to tell a bend by, the most.
+ENOUGH_PX, NEARLY_PX, LONG_PX, MOST_PX = 3e-3, 0.05, 0.3, 0.5
+LEAST_BEND, MOST_BEND = 0.35, 2.0  # of the curve that the template gives the cost
+# A fibre, nowhere as bright as the template, is drawn further in by every step and comes to look
+# deeper than it is: no more of them than an edge needs.
+STEPS = 5
 LIT = 0.25  # of the core's contrast: where the part begins that sends enough light to be matched
 
 
@@ -45,12 +51,15 @@ def _match(
     depth,
     residual,
 ):  # pragma: no cover - compiled
-    """Gauss-Newton on (edge, depths of step and ramp, ground) of every column."""
+    """Gauss-Newton on (edge, depths of step and ramp, ground) of every column, which starts as far
+    from its rough edge as the column before it ended."""
     rows, columns = values.shape
     # What is looked up in a window first is added up faster: light, the template's parts, slopes.
     lights, steps, ramps = np.empty(rows), np.empty(rows), np.empty(rows)
     step_slopes, ramp_slopes = np.empty(rows), np.empty(rows)
     step_ahead, ramp_ahead = step[1:], ramp[1:]
+    per_px = 1.0 / dt
+    beside = 0.0  # from the start to the edge, in the column before
     for m in range(columns):
         edge[m] = np.nan
         depth[m] = np.nan
@@ -59,7 +68,7 @@ def _match(
         if not abs(e) < 1e8:
             continue
         cos = cosine[m]
-        steep = outward * cos / dt
+        steep = outward * cos * per_px
         reach_out = outside / cos
         reach_in = inside / cos
         # rows of the window, fixed while iterating so that the cost stays comparable
@@ -83,12 +92,15 @@ def _match(
             y1 += y
         if not good:
             continue
+        e += beside
+        beside = 0.0
         count = float(seen.size)
         a = c = scale = 1.0
-        rss = 0.0
+        rss = move = pull = 0.0
         for _iteration in range(iterations):
+            first = (outward * (e - r0) * cos - t0) * per_px
             for k in range(seen.size):
-                x = (outward * (e - (r0 + k)) * cos - t0) / dt
+                x = first - k * steep
                 i = np.int32(x)
                 w = x - i
                 s[k] = (1 - w) * step[i] + w * step_ahead[i]
@@ -154,15 +166,20 @@ def _match(
             if curve <= 1e-12:
                 good = False
                 break
-            move = min(max(off_d / curve, -0.5), 0.5)
+            # What the template leaves unexplained bends the cost too, by up to a half of this: how
+            # much less pulls after a short step tells the whole.
+            bend = (pull - off_d) / move if 0.0 < abs(move) < LONG_PX else curve
+            move = off_d / (bend if LEAST_BEND * curve < bend < MOST_BEND * curve else curve)
+            move = min(max(move, -MOST_PX), MOST_PX)
+            pull = off_d
             e += move
             if abs(e - start[m]) > limit:
                 good = False
                 break
-            if abs(move) < 1e-3:
+            if abs(move) < ENOUGH_PX:
                 break
         if good:
-            edge[m] = e
+            edge[m], beside = e, e - start[m] if abs(move) < NEARLY_PX else 0.0
             depth[m] = scale
             residual[m] = np.sqrt(rss / count)
 
@@ -198,7 +215,7 @@ def match_edges(
         outside,
         inside,
         limit_px,
-        8,
+        STEPS,
         (UNEXPLAINED / STEP_SD) ** 2,
         (UNEXPLAINED / RAMP_SD) ** 2,
         edge,

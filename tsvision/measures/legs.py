@@ -23,6 +23,7 @@ from tsvision.measures.cut import Cut, crop
 
 NEAR = 0.3  # of S/2: how far from the straight line hole - apex a leg is looked for
 FREE = 0.35  # of the way from apex to plate next to the apex is left out: the legs touch there
+SOME = 3  # rows apart that tell what of a column is ground
 MOST = 48  # columns of a leg, those next to the apex, that one frame's apex is read from
 CLEAR = 0.35  # of the bundle's contrast
 FEWEST = 6  # columns of either leg
@@ -142,7 +143,7 @@ def legs_of(
         return None
     s = strip.s_px
     if not sight.by_distance:
-        contrast = contrast - row_medians(contrast.T).astype(np.float32)
+        contrast = contrast - row_medians(contrast[::SOME].T).astype(np.float32)
     contrast = contrast / (abs(cut.core_level) if sight.by_distance else cut.core_level)
     sides = []
     for sign in (1.0, -1.0):
