@@ -9,6 +9,7 @@ import numpy as np
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.ends import NEAR_SHARE
 from tsvision.measures.envelope import Envelope
+from tsvision.measures.followed import follow
 from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.laid import laid_along
 from tsvision.measures.looks import Looks
@@ -23,6 +24,7 @@ ENDS_SD = 0.12  # turns: what lies between where apex and connector are seen and
 LEGS_SD = 0.2
 RATE_SD = 0.007  # of the turns and the string between them, ...
 COIL_RATE_SD = 0.02  # ... and where they coil: the pitch's own share there
+ENDS_D = 4.0  # of apex and connector, that a coil followed all along may leave
 LEAST_COST = 0.01  # of a fit: less is noise
 KNOT_SD = 0.06  # of the turns and the string that knots hold
 
@@ -48,7 +50,13 @@ def add_budgets(
         return row
     scale = looks.scale.mm_per_px
     ends = list(knot_ends_px)
-    laid = [laid_along(f, edges, envelope, ends, apex_px, end) for f in fits]
+    coiled = [f for f in fits if f.fit.coiled]
+    best = min(coiled, key=lambda f: weighed(f.fit, NAN), default=None)
+    followed = None if best is None else follow(best, edges, apex_px, end)
+    if best is not None and followed is not None:
+        # Nothing but the ends is left to either fit then.
+        fits = [best] if followed.unbroken(apex_px, end, ENDS_D * looks.diameter_px) else fits
+    laid = [laid_along(f, edges, envelope, ends, apex_px, end, followed) for f in fits]
     turns = [each.turns for each in laid]
     # Of two stretches the one that its helix describes better tells more.
     trust = [1.0 / max(weighed(f.fit, NAN), LEAST_COST) ** 2 for f in fits]

@@ -191,7 +191,7 @@ def descend(
     iterations: int,
 ) -> tuple[np.ndarray, float]:
     """A few steps of the fit from `start` (9,): parameters and mean robust cost, nothing else."""
-    p, cost, total = _minimise(
+    p, cost, total = minimise(
         np.asarray(start, dtype=float),
         np.array(free, dtype=np.int64),
         *section.outer,
@@ -237,7 +237,7 @@ def fit_helix(
     for again, most in enumerate(passes):
         if again:
             observed = observed - rounded_off(p, section, z0, edges.s_px.size, edges.blur_px)
-        p, cost, total = _minimise(
+        p, cost, total = minimise(
             p,
             free_ids,
             *section.outer,
@@ -360,7 +360,7 @@ def _sum_of_products(x, y, z, count):  # pragma: no cover - compiled
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _minimise(
+def minimise(
     p0,
     free,
     site_radius,

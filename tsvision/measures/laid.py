@@ -17,6 +17,7 @@ import numpy as np
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.coil_radius import coil_px, held, radius_along
 from tsvision.measures.envelope import Envelope, envelope_px
+from tsvision.measures.followed import Followed
 from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.silhouette import KC, RC, SLOPE, Y0, K
 from tsvision.measures.spectrum import spectrum
@@ -44,11 +45,12 @@ def laid_along(
     knots_px: list[tuple[float, float]],
     start_px: float,
     end_px: float,
+    followed: Followed | None = None,
 ) -> Laid:
     """What lies between two s when the bundle elsewhere is twisted as in a fit's window.
 
     envelope: E(s) at the edges' s, closed over no more than a coil of a knot; knots_px: first and
-    last s of each.
+    last s of each; followed: what is told from place to place, which goes before that.
     """
     fit = found.fit
     s = np.arange(np.ceil(start_px), end_px)
@@ -72,6 +74,9 @@ def laid_along(
     radius *= held(s, edges.s_px[known], start_px, end_px, fit.diameter_px)
     length = np.sqrt(1.0 + (radius * rate) ** 2)
     turning = (twist * length + rate * (1.0 - 1.0 / length)) / (2.0 * np.pi)
+    told, passing, stretched = _told(followed, s)
+    turning += told * (passing / (2.0 * np.pi) - turning)
+    length += told * (stretched - length)
     knotted = _inside(s, knots_px).any(axis=0)
     part = (end_px - start_px) / max(s.size, 1)
     return Laid(
@@ -80,6 +85,11 @@ def laid_along(
         float(turning[knotted].sum()),
         float(length[knotted].sum()),
     )
+
+
+def _told(followed: Followed | None, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """`Followed.at`, and nothing told where nothing was followed."""
+    return (np.zeros(s.size),) * 3 if followed is None else followed.at(s)
 
 
 def _inside(s: np.ndarray, knots_px: list[tuple[float, float]], beyond: float = 0.0) -> np.ndarray:
