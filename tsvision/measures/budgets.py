@@ -23,8 +23,9 @@ ENDS_SD = 0.12  # turns: what lies between where apex and connector are seen and
 # what is seen of them is not the middle of them.
 LEGS_SD = 0.2
 RATE_SD = 0.007  # of the turns and the string between them, ...
-COIL_RATE_SD = 0.02  # ... and where they coil: the pitch's own share there
-ENDS_D = 4.0  # of apex and connector, that a coil followed all along may leave
+COIL_RATE_SD = 0.02  # ... and where they coil: the pitch's own share there; of the turns, ...
+FOLLOWED_RATE_SD = 0.01  # ... where the coil could be followed all along
+ENDS_D = 4.0  # from apex and connector, that a coil followed all along may leave untold
 LEAST_COST = 0.01  # of a fit: less is noise
 KNOT_SD = 0.06  # of the turns and the string that knots hold
 
@@ -51,20 +52,23 @@ def add_budgets(
     scale = looks.scale.mm_per_px
     ends = list(knot_ends_px)
     coiled = [f for f in fits if f.fit.coiled]
-    best = min(coiled, key=lambda f: weighed(f.fit, NAN), default=None)
-    followed = None if best is None else follow(best, edges, apex_px, end)
-    if best is not None and followed is not None:
-        # Nothing but the ends is left to either fit then.
-        fits = [best] if followed.unbroken(apex_px, end, ENDS_D * looks.diameter_px) else fits
-    laid = [laid_along(f, edges, envelope, ends, apex_px, end, followed) for f in fits]
+    best = min(coiled, key=lambda f: weighed(f.fit, NAN), default=fits[0])
+    followed = follow(best, edges, apex_px, end) if coiled else None
+    rate = COIL_RATE_SD if coiled else RATE_SD
+    turn_rate = rate
+    if followed is not None and followed.unbroken(apex_px, end, ENDS_D * looks.diameter_px):
+        # Nothing but the ends is left to what either fit would carry over.
+        laid = [laid_along(best, edges, envelope, ends, apex_px, end, followed)] * len(fits)
+        turn_rate = FOLLOWED_RATE_SD
+    else:
+        laid = [laid_along(f, edges, envelope, ends, apex_px, end, followed) for f in fits]
     turns = [each.turns for each in laid]
     # Of two stretches the one that its helix describes better tells more.
     trust = [1.0 / max(weighed(f.fit, NAN), LEAST_COST) ** 2 for f in fits]
     turns_seen = 0.25 + float(np.average(turns, weights=trust))
     held = float(np.mean([each.knot_turns for each in laid]))
-    rate = COIL_RATE_SD if any(f.fit.coiled for f in fits) else RATE_SD
     apart = float(np.hypot(ENDS_SD, LEGS_SD)) if looks.strand_count > 2 else ENDS_SD
-    sd = float(np.hypot(apart, rate * turns_seen) + 0.5 * np.ptp(turns) + KNOT_SD * held)
+    sd = float(np.hypot(apart, turn_rate * turns_seen) + 0.5 * np.ptp(turns) + KNOT_SD * held)
     lay = [_lay(f.fit) for f in fits]
     string = [each.bundle_px * x for each, x in zip(laid, lay, strict=True)]
     knotted = float(np.mean([each.knot_bundle_px * x for each, x in zip(laid, lay, strict=True)]))
