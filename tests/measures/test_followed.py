@@ -131,3 +131,19 @@ def test_between_places_it_is_as_they_tell_and_fades_beyond() -> None:
     np.testing.assert_allclose(stretch, [1.0, 1.0, 1.0, 1.1, 1.2])
     alone = Followed(np.array([100.0]), np.array([0.2]), np.array([1.0]), 12.0)
     np.testing.assert_allclose(alone.at(np.array([100.0, 300.0]))[0], [1.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("s_px", "unbroken"),
+    [
+        ((30.0, 50.0, 70.0, 90.0), True),
+        ((30.0, 70.0, 90.0), False),  # a place is missing
+        ((50.0, 70.0, 90.0), False),  # far from where it begins
+        ((30.0, 50.0, 70.0), False),
+        ((30.0,), False),
+    ],
+)
+def test_whether_all_between_the_ends_is_told(s_px: tuple[float, ...], unbroken: bool) -> None:
+    ones = np.ones(len(s_px))
+    line = Followed(np.array(s_px), ones, ones, reach_px=12.0)
+    assert line.unbroken(0.0, 120.0, ends_px=40.0) == unbroken

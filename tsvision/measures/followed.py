@@ -33,8 +33,8 @@ BEGUN_STEPS = 12  # ... and of the first
 SAMPLING_PX = 0.35  # along a strand
 # What a place may cost above the edges' noise: twice what the fit's own does, within these.
 LIKE, LEAST_COST, MOST_COST = 2.0, 0.06, 0.12
-# Coils may turn by these factors as fast as the fit's. Twist per length of
-# bundle is the same all along, for it passes its torque on.
+# Coils may turn by these factors as fast as the fit's, and strands be twisted so much more or less
+# per length of bundle, which passes its torque on.
 SLOWEST, FASTEST, TWIST_OFF = 0.6, 1.7, 0.15
 REACH = 0.6  # of a step about a place: so far it tells all, and fades to nothing at twice that
 
