@@ -4,8 +4,9 @@
 
 Renders 24 frames of 1920x1080 per case (straight, coiled), repeats them forth and back as a PNG
 folder and an H.264 film, and prints for each: decoding alone, decoding and measuring, their ratio
-in CPU time of one core (which a busy machine does not bend), the median time of measuring a frame,
-and how two processes at once do against one: in wall time (which a busy machine does bend) and in
+in CPU time of the one core that a process is held to (else its two threads, one of which decodes
+ahead, get in each other's way on the halves of a core), the mean time of measuring a frame, and how
+two processes at once do against one: in wall time (which a busy machine does bend) and in
 CPU time (what they take from each other: 2 where nothing is shared). The first frames of a
 recording, in which its looks are learnt once, are left out of the rates.
 """
@@ -40,8 +41,10 @@ def main() -> None:
     words.add_argument("--alone", action="store_true", help="do not run two processes at once")
     words.add_argument("--json", action="store_true")
     words.add_argument("--one", help=argparse.SUPPRESS)  # a child process: measure this recording
+    words.add_argument("--core", type=int, nargs="+", help=argparse.SUPPRESS)  # of the child
     given = words.parse_args()
     if given.one:
+        os.sched_setaffinity(0, given.core)
         print(json.dumps(run_one(Path(given.one))))
         return
     with tempfile.TemporaryDirectory() as place:
@@ -78,18 +81,20 @@ def run_case(place: Path, case: str, count: int, alone: bool) -> list[dict[str, 
 
 def timed(source: Path, only_alone: bool) -> dict[str, Any]:
     """One process alone, then two at once."""
-    alone = finish(start(source))
+    first, second = sorted(os.sched_getaffinity(0))[:1], sorted(os.sched_getaffinity(0))[-1:]
+    alone = finish(start(source, first))
     if only_alone:
         return {**alone, "two_of_one": float("nan"), "two_of_one_cpu": float("nan")}
-    both = [finish(child) for child in [start(source), start(source)]]
+    both = [finish(child) for child in [start(source, first), start(source, second)]]
     alone["two_of_one"] = sum(alone["wall_s"] / one["wall_s"] for one in both)
     alone["two_of_one_cpu"] = sum(alone["cpu_s"] / one["cpu_s"] for one in both)
     return alone
 
 
-def start(source: Path) -> subprocess.Popen[str]:
-    """A child process that measures `source` with one thread a library."""
+def start(source: Path, cores: list[int]) -> subprocess.Popen[str]:
+    """A child process that measures `source` on these cores with one thread a library."""
     command = [sys.executable, "-m", "tests.bench.speed", "--one", str(source)]
+    command += ["--core", *map(str, cores)]
     environment = {**os.environ, **dict.fromkeys(ONE_THREAD, "1")}
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
 

@@ -22,6 +22,26 @@ def test_items_come_in_order_and_the_thread_ends() -> None:
     assert threading.active_count() == before
 
 
+@pytest.mark.parametrize(("cores", "made"), [(1, 1), (2, 4)])
+def test_one_core_makes_nothing_in_advance(
+    cores: int, made: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tsvision.images.frames_ahead._cores", lambda: cores)
+    begun = threading.Semaphore(0)
+
+    def counted() -> Iterator[int]:
+        for i in count():
+            begun.release()
+            yield i
+
+    some = ahead(counted, 2)
+    assert next(some) == 0
+    # One is used, two wait and one is held by who makes them.
+    assert all(begun.acquire(timeout=5.0) for _ in range(made))
+    assert not begun.acquire(timeout=0.2)
+    some.close()  # type: ignore[attr-defined]
+
+
 def test_an_error_comes_where_it_was_made() -> None:
     def two_then_none() -> Iterator[int]:
         yield from (1, 2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import os
 import queue
 import threading
 from collections.abc import Callable, Iterator
@@ -24,12 +25,21 @@ def _stop_all() -> None:
         thread.join(timeout=10)
 
 
+def _cores() -> int:
+    """That this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def ahead(make: Callable[[], Iterator[T]], count: int) -> Iterator[T]:
     """Yield what `make()` yields, with up to `count` items made in advance, in order.
 
-    Errors of the maker are raised here; when the consumer stops early the thread ends too.
+    Errors of the maker are raised here; when the consumer stops early the thread ends too. Where
+    there is but one core, what decodes and what measures would only take turns on it: nothing is
+    made in advance.
     """
-    if count < 1:
+    if count < 1 or _cores() < 2:
         yield from make()
         return
     made: queue.Queue[tuple[str, object]] = queue.Queue(maxsize=count)
