@@ -153,17 +153,17 @@ def test_light_on_the_flanks_of_a_coil_does_not_move_the_diameter() -> None:
     assert abs(found.fit.diameter_px - DIAMETER_PX) < 0.5 * alike
 
 
+def swaying(edges: Edges, by_d: float) -> Edges:
+    """The same whose middle sways by so many D, rms."""
+    off = np.sqrt(2.0) * by_d * DIAMETER_PX * np.sin(np.linspace(0.0, 3.0 * np.pi, 241))
+    return replace(edges, upper_px=edges.upper_px + off, lower_px=edges.lower_px + off)
+
+
 def test_coils_that_were_not_found_are_sought_again_where_the_middle_swings_more(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A straight bundle whose middle sways by 0.04 D: one search, none for as much again."""
     lit, _ = dark_below(0.0, 0)
-    sway = np.sin(np.linspace(0.0, 3.0 * np.pi, 241))
-
-    def swaying(by_d: float) -> Edges:
-        off = np.sqrt(2.0) * by_d * DIAMETER_PX * sway
-        return replace(lit, upper_px=lit.upper_px + off, lower_px=lit.lower_px + off)
-
     straight = fit_window(lit, pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN)
     assert straight is not None and not straight.fit.coiled
     asked: list[float] = []
@@ -176,7 +176,30 @@ def test_coils_that_were_not_found_are_sought_again_where_the_middle_swings_more
     monkeypatch.setattr(bundle, "_holds", lambda warm, before: True)
     before = straight
     for by_d in (0.04, 0.04, 0.042, 0.06):
-        found = fit_window(swaying(by_d), pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN, before)
+        found = fit_window(swaying(lit, by_d), pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN, before)
         assert found is not None
         before = found
     assert len(asked) == 2 and asked[1] > 1.4 * asked[0]
+
+
+def test_a_poor_fit_to_what_hardly_swings_is_searched_for_coils_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Every frame whose straight fit was worse than the one before cost a search of 140 ms."""
+    lit, _ = dark_below(0.0, 0)
+    straight = fit_window(lit, pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN)
+    assert straight is not None and not straight.fit.coiled
+    for_coils: list[bool] = []
+
+    def none_found(*given: object) -> object:
+        for_coils.append(bool(given[7]))
+        return straight.fit
+
+    monkeypatch.setattr(bundle, "_searched", none_found)
+    monkeypatch.setattr(bundle, "_holds", lambda warm, before: False)
+    before = straight
+    for by_d in (0.02, 0.02, 0.021, 0.027):
+        found = fit_window(swaying(lit, by_d), pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN, before)
+        assert found is not None
+        before = found
+    assert for_coils == [True, False, False, True]

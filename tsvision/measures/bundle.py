@@ -89,8 +89,10 @@ def fit_window(
     sought = 0.0 if before is None else before.straight_at
     swings = swing >= max(SWINGS, SWINGS_ON * sought)
     holds = _holds(best, before) and (best is None or best.coiled or not swings)
+    # What hardly swings, and no more than when no coil was found, coils no more now.
+    settled = best is not None and not best.coiled and swing < min(SWINGS, SWINGS_ON * sought)
+    tried = not holds and coil and s_high - s_low > 3.0 * diameter_px and not settled
     if not holds:
-        long_enough = coil and s_high - s_low > 3.0 * diameter_px
         # The motor's count may be wrong, or not be that of this bundle: then without it.
         for rate in (expected_rate, NAN):
             best = _searched(
@@ -101,7 +103,7 @@ def fit_window(
                 scale_px,
                 best,
                 swing,
-                long_enough,
+                tried,
                 None if before is None else before.fit.section,
             )
             poor = before is None and best is not None and not believed(best)
@@ -112,7 +114,7 @@ def fit_window(
     carried = before.carried + 1 if holds and before is not None else 0
     if best.coiled:
         sought = 0.0
-    elif not holds and swing >= SWINGS:
+    elif tried:
         sought = swing
     ends = float(part.s_px[0]), float(part.s_px[-1])
     return BundleFit(best, *ends, expected_rate, carried, sought)
