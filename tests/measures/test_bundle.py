@@ -159,47 +159,40 @@ def swaying(edges: Edges, by_d: float) -> Edges:
     return replace(edges, upper_px=edges.upper_px + off, lower_px=edges.lower_px + off)
 
 
+def searches(monkeypatch: pytest.MonkeyPatch, holds: bool, sways: list[float]) -> list[tuple]:
+    """What each search was given over frames of a straight bundle that sways by so many D; it finds
+    no coil."""
+    lit, _ = dark_below(0.0, 0)
+    straight = fit_window(lit, pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN)
+    assert straight is not None and not straight.fit.coiled
+    asked: list[tuple] = []
+
+    def none_found(*given: object) -> object:
+        asked.append(given)
+        return straight.fit
+
+    monkeypatch.setattr(bundle, "_searched", none_found)
+    monkeypatch.setattr(bundle, "_holds", lambda warm, before: holds)
+    before = straight
+    for by_d in sways:
+        found = fit_window(swaying(lit, by_d), pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN, before)
+        assert found is not None
+        before = found
+    return asked
+
+
 def test_coils_that_were_not_found_are_sought_again_where_the_middle_swings_more(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A straight bundle whose middle sways by 0.04 D: one search, none for as much again."""
-    lit, _ = dark_below(0.0, 0)
-    straight = fit_window(lit, pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN)
-    assert straight is not None and not straight.fit.coiled
-    asked: list[float] = []
-
-    def none_found(part: Edges, *_: object) -> object:
-        asked.append(bundle.swing_px(part) / DIAMETER_PX)
-        return straight.fit
-
-    monkeypatch.setattr(bundle, "_searched", none_found)
-    monkeypatch.setattr(bundle, "_holds", lambda warm, before: True)
-    before = straight
-    for by_d in (0.04, 0.04, 0.042, 0.06):
-        found = fit_window(swaying(lit, by_d), pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN, before)
-        assert found is not None
-        before = found
-    assert len(asked) == 2 and asked[1] > 1.4 * asked[0]
+    asked = searches(monkeypatch, True, [0.04, 0.04, 0.042, 0.06])
+    swings = [bundle.swing_px(part) for part, *_ in asked]
+    assert len(swings) == 2 and swings[1] > 1.4 * swings[0]
 
 
 def test_a_poor_fit_to_what_hardly_swings_is_searched_for_coils_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Every frame whose straight fit was worse than the one before cost a search of 140 ms."""
-    lit, _ = dark_below(0.0, 0)
-    straight = fit_window(lit, pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN)
-    assert straight is not None and not straight.fit.coiled
-    for_coils: list[bool] = []
-
-    def none_found(*given: object) -> object:
-        for_coils.append(bool(given[7]))
-        return straight.fit
-
-    monkeypatch.setattr(bundle, "_searched", none_found)
-    monkeypatch.setattr(bundle, "_holds", lambda warm, before: False)
-    before = straight
-    for by_d in (0.02, 0.02, 0.021, 0.027):
-        found = fit_window(swaying(lit, by_d), pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN, before)
-        assert found is not None
-        before = found
-    assert for_coils == [True, False, False, True]
+    asked = searches(monkeypatch, False, [0.02, 0.02, 0.021, 0.027])
+    assert [given[7] for given in asked] == [True, False, False, True]

@@ -94,14 +94,18 @@ def test_edges_stay_where_light_is_unsure_or_colour_or_far_off(
     assert look.shading[0].beyond_px == 0.0
 
 
-def test_a_dark_limb_in_noise_is_found_where_most_columns_miss_it() -> None:
-    """Light from 45 degrees, 2 % noise: round after round found the border of what is lit."""
-    case = cases(4)[34]
+@pytest.mark.parametrize(("number", "beyond_px"), [(21, -np.inf), (34, 0.15)])
+def test_a_dark_limb_in_noise_is_found_where_most_columns_miss_it(
+    number: int, beyond_px: float
+) -> None:
+    """Light from 42 degrees, 5 % noise: D was 1.3 px thin by the border of what is lit. Rounds of
+    matching alone come within 0.3 px there; under light from 45 degrees edges have to be sent."""
+    case = cases(4)[number]
     measurer = Measurer(Rig(strings=Strings(count=4), view=View(separator_side="none")))
     picture = draw(case)
     measurer.prime([picture])
     assert measurer.looks is not None
-    assert measurer.looks.shading[0].beyond_px + measurer.looks.shading[1].beyond_px > 0.15
+    assert sum(side.beyond_px for side in measurer.looks.shading) > beyond_px
     row = measurer.measure(Frame(0, "picture.png", picture)).row
     assert row.diameter_px == pytest.approx(case.diameter_px, abs=0.3)
 
