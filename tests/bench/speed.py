@@ -41,10 +41,10 @@ def main() -> None:
     words.add_argument("--alone", action="store_true", help="do not run two processes at once")
     words.add_argument("--json", action="store_true")
     words.add_argument("--one", help=argparse.SUPPRESS)  # a child process: measure this recording
-    words.add_argument("--core", type=int, nargs="+", help=argparse.SUPPRESS)  # of the child
+    words.add_argument("--core", type=int, help=argparse.SUPPRESS)  # of the child
     given = words.parse_args()
     if given.one:
-        os.sched_setaffinity(0, given.core)
+        os.sched_setaffinity(0, {given.core})
         print(json.dumps(run_one(Path(given.one))))
         return
     with tempfile.TemporaryDirectory() as place:
@@ -81,20 +81,20 @@ def run_case(place: Path, case: str, count: int, alone: bool) -> list[dict[str, 
 
 def timed(source: Path, only_alone: bool) -> dict[str, Any]:
     """One process alone, then two at once."""
-    first, second = sorted(os.sched_getaffinity(0))[:1], sorted(os.sched_getaffinity(0))[-1:]
-    alone = finish(start(source, first))
+    cores = sorted(os.sched_getaffinity(0))
+    alone = finish(start(source, cores[0]))
     if only_alone:
         return {**alone, "two_of_one": float("nan"), "two_of_one_cpu": float("nan")}
-    both = [finish(child) for child in [start(source, first), start(source, second)]]
+    both = [finish(child) for child in [start(source, cores[0]), start(source, cores[-1])]]
     alone["two_of_one"] = sum(alone["wall_s"] / one["wall_s"] for one in both)
     alone["two_of_one_cpu"] = sum(alone["cpu_s"] / one["cpu_s"] for one in both)
     return alone
 
 
-def start(source: Path, cores: list[int]) -> subprocess.Popen[str]:
-    """A child process that measures `source` on these cores with one thread a library."""
+def start(source: Path, core: int) -> subprocess.Popen[str]:
+    """A child process that measures `source` on one core with one thread a library."""
     command = [sys.executable, "-m", "tests.bench.speed", "--one", str(source)]
-    command += ["--core", *map(str, cores)]
+    command += ["--core", str(core)]
     environment = {**os.environ, **dict.fromkeys(ONE_THREAD, "1")}
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
 

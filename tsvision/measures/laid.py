@@ -74,9 +74,10 @@ def laid_along(
     radius *= held(s, edges.s_px[known], start_px, end_px, fit.diameter_px)
     length = np.sqrt(1.0 + (radius * rate) ** 2)
     turning = (twist * length + rate * (1.0 - 1.0 / length)) / (2.0 * np.pi)
-    told, passing, stretched = _told(followed, s)
-    turning += told * (passing / (2.0 * np.pi) - turning)
-    length += told * (stretched - length)
+    if followed is not None:
+        told, passing, stretched = followed.at(s)
+        turning += told * (passing / (2.0 * np.pi) - turning)
+        length += told * (stretched - length)
     knotted = _inside(s, knots_px).any(axis=0)
     part = (end_px - start_px) / max(s.size, 1)
     return Laid(
@@ -85,11 +86,6 @@ def laid_along(
         float(turning[knotted].sum()),
         float(length[knotted].sum()),
     )
-
-
-def _told(followed: Followed | None, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """`Followed.at`, and nothing told where nothing was followed."""
-    return (np.zeros(s.size),) * 3 if followed is None else followed.at(s)
 
 
 def _inside(s: np.ndarray, knots_px: list[tuple[float, float]], beyond: float = 0.0) -> np.ndarray:
