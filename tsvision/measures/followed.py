@@ -20,7 +20,7 @@ from tsvision.measures.bundle import FLANK, SCALE_PX, BundleFit
 from tsvision.measures.coil_radius import coil_px
 from tsvision.measures.helix import Edges, minimise
 from tsvision.measures.reduced import reduced
-from tsvision.measures.silhouette import KC, PHI, PHIC, RC, SLOPE, Y0, K, rescaled
+from tsvision.measures.silhouette import KC, PHI, PHIC, RC, SLOPE, Y0, K, moved, rescaled
 from tsvision.measures.weigh import POOR, noise_cost
 
 FOLLOWED_DIAMETER_PX = 12.0  # wider bundles are followed at reduced size
@@ -131,7 +131,7 @@ def _fitted(
             continue
         middle = first + 0.5 * (low + high - 1)
         q, cost, total = minimise(
-            _moved(last, middle),
+            moved(last, middle),
             FREE,
             site_radius,
             site_angle,
@@ -144,23 +144,13 @@ def _fitted(
             steps,
             unused,
         )
-        found[k] = _moved(q, -middle)
+        found[k] = moved(q, -middle)
         costs[k] = cost / max(total, 1e-9)
         like = SLOWEST < q[KC] / coils < FASTEST and abs(_twist(q) / twist - 1.0) < TWIST_OFF
         good[k] = costs[k] < most and like
         if good[k]:
             last = found[k]
     return found, costs, good
-
-
-@numba.njit(cache=True)
-def _moved(p, shift):  # pragma: no cover - compiled
-    """(9,) as counted from a middle so much further on."""
-    q = p.copy()
-    q[PHI] += p[K] * shift
-    q[PHIC] += p[KC] * shift
-    q[Y0] += p[SLOPE] * shift
-    return q
 
 
 @numba.njit(cache=True)

@@ -220,12 +220,19 @@ def gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cov
     out[8] = sense
 
 
-def rescaled(p: np.ndarray, factor: float, shift: float = 0.0) -> np.ndarray:
-    """Parameters (9,) in units of `factor` px; z counted from a middle `shift` px further on."""
-    q: np.ndarray = p.copy()
+@numba.njit(cache=True)
+def moved(p, shift):  # pragma: no cover - compiled
+    """Parameters (9,) with z counted from a middle `shift` px further on."""
+    q = p.copy()
     q[PHI] += p[K] * shift
     q[PHIC] += p[KC] * shift
     q[Y0] += p[SLOPE] * shift
+    return q
+
+
+def rescaled(p: np.ndarray, factor: float, shift: float = 0.0) -> np.ndarray:
+    """Parameters (9,) in units of `factor` px; z counted from a middle `shift` px further on."""
+    q: np.ndarray = moved(p, shift)
     q[[RHO, Y0, RC]] /= factor
     q[[K, KC]] *= factor
     return q
