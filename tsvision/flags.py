@@ -18,6 +18,7 @@ class Flag(IntFlag):
     NO_BUNDLE = auto()
     NO_SEPARATOR = auto()
     NO_APEX = auto()
+    NO_CONNECTOR = auto()
     NO_SCALE = auto()
     NO_TURNS = auto()
     SCALE_LOCAL = auto()
@@ -47,6 +48,7 @@ MEANING: dict[str, str] = {
     "NO_BUNDLE": "no bundle of strings was found, or none as wide as the stated strings make",
     "NO_SEPARATOR": "the separator was not found; s = 0 lies at the picture's edge or the apex",
     "NO_APEX": "the legs' meeting point was not found or lies out of view",
+    "NO_CONNECTOR": "the motor connector was not found or lies out of view: no turn budget",
     "NO_SCALE": "no scale is known: mm columns are empty, px columns stand",
     "NO_TURNS": "the motor turns of this frame are unknown",
     "SCALE_LOCAL": "the scale along the axis is not the one given; pitches in mm are less sure",
@@ -69,8 +71,8 @@ MEANING: dict[str, str] = {
     "FAILED": "the program failed on this picture; the log says how, please report it",
 }
 
-REMARKS = frozenset({"FIBRES"})
-"""Flags that say what was done, not that a number may be bad."""
+REMARKS = frozenset({"FIBRES", "NO_CONNECTOR"})
+"""Flags that say what was done or is not in view, not that a number may be bad."""
 
 if list(MEANING) != [flag.name for flag in Flag]:
     raise ImportError("tsvision.flags: Flag and MEANING list different names")

@@ -10,6 +10,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pandas as pd
 import pytest
@@ -135,6 +136,26 @@ def test_a_slip_is_seen_in_the_pictures_alone(
     growth = [np.polyfit(rows["turns"], rows["turns_seen"], 1)[0] for rows in (four[0], slipping)]
     assert growth[0] == pytest.approx(1.0, abs=0.01)
     assert growth[1] == pytest.approx(0.95, abs=0.01)
+
+
+@pytest.mark.parametrize("hidden", [0.03, 0.15])
+def test_a_connector_beyond_the_view(hidden: float, tmp_path: Path) -> None:
+    """L tells where it is: a little beyond, turns are counted to there; far beyond they are not,
+    and the rows say why. The apex is in view all the same."""
+    rows, truth = rendered(tmp_path / "film", 4, "dark_on_bright")
+    scale = float(rows["mm_per_px"].iloc[0])
+    zone_px = load_rig(tmp_path / "film" / "rig.toml").actuator.twisting_zone_mm / scale
+    shown = int(rows["separator_x_px"].iloc[0] + (1.0 - hidden) * zone_px)
+    for path in sorted((tmp_path / "film").glob("frame_*.png")):
+        cv2.imwrite(str(path), cv2.imread(str(path), cv2.IMREAD_UNCHANGED)[:, :shown])
+    cut, _ = measured(tmp_path / "film")
+    np.testing.assert_allclose(cut["apex_mm"], rows["apex_mm"], atol=0.1)
+    assert cut["flags"].str.contains("NO_CONNECTOR").all() == (hidden > 0.1)
+    if hidden > 0.1:
+        assert cut["turns_seen"].isna().all()
+    else:
+        assert np.abs(cut["turns_seen"] - truth["turns"].abs()).max() < 0.3
+        assert (cut["turns_seen_sd"] > rows["turns_seen_sd"]).all()
 
 
 def test_a_limb_that_sends_no_light_is_placed_by_the_outline(tmp_path: Path) -> None:

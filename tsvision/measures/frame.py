@@ -13,7 +13,7 @@ import numpy as np
 from tsvision.flags import Flag, flags_to_text
 from tsvision.measures.along import scale_along, scale_is_local
 from tsvision.measures.blur import shading_of
-from tsvision.measures.budgets import add_budgets
+from tsvision.measures.budgets import add_budgets, connector_px
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.cut import Cut, cut_frame, find_edges
 from tsvision.measures.doubts import clipped, edges_poor, knots_unsure, turns_disagree
@@ -136,6 +136,7 @@ def _not_known(looks: Looks, turns: float) -> Flag:
     """What the whole recording lacks, and this frame's turns."""
     lacking = {
         Flag.NO_SEPARATOR: not looks.zero_known,
+        Flag.NO_CONNECTOR: not np.isfinite(connector_px(looks)),
         Flag.NO_SCALE: not np.isfinite(looks.scale.mm_per_px),
         Flag.SCALE_LOCAL: scale_is_local(looks),
         Flag.NO_TURNS: not np.isfinite(turns),
