@@ -20,7 +20,7 @@ from tsvision.measures.bundle import FLANK, SCALE_PX, BundleFit
 from tsvision.measures.coil_radius import coil_px
 from tsvision.measures.helix import Edges, minimise
 from tsvision.measures.reduced import reduced
-from tsvision.measures.silhouette import KC, PHI, PHIC, RC, SLOPE, Y0, K, moved, rescaled
+from tsvision.measures.silhouette import KC, PHI, PHIC, RC, SLOPE, Y0, K, moved, rescaled, twist
 from tsvision.measures.weigh import POOR, noise_cost
 
 FOLLOWED_DIAMETER_PX = 12.0  # wider bundles are followed at reduced size
@@ -119,7 +119,7 @@ def _fitted(
     found = np.empty((places.size, p.size))
     costs, good = np.full(places.size, np.inf), np.zeros(places.size, np.bool_)
     unused = np.empty((FREE.size, FREE.size))
-    twist, coils, last = _twist(p), p[KC], p
+    own, coils, last = twist(p), p[KC], p
     for k in range(places.size):
         low = max(int(np.ceil(places[k] - half - first)), 0)
         high = min(int(np.floor(places[k] + half - first)) + 1, count)
@@ -146,15 +146,8 @@ def _fitted(
         )
         found[k] = moved(q, -middle)
         costs[k] = cost / max(total, 1e-9)
-        like = SLOWEST < q[KC] / coils < FASTEST and abs(_twist(q) / twist - 1.0) < TWIST_OFF
+        like = SLOWEST < q[KC] / coils < FASTEST and abs(twist(q) / own - 1.0) < TWIST_OFF
         good[k] = costs[k] < most and like
         if good[k]:
             last = found[k]
     return found, costs, good
-
-
-@numba.njit(cache=True)
-def _twist(p):  # pragma: no cover - compiled
-    """Of the strands about the middle line, rad per length of it."""
-    stretch = np.hypot(1.0, p[RC] * p[KC])
-    return (p[K] + p[KC] / stretch) / stretch

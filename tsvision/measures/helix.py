@@ -22,6 +22,7 @@ from tsvision.measures.silhouette import (
     model_edges,
     rounded_off,
     silhouette,
+    twist,
 )
 from tsvision.measures.sums import summed
 
@@ -167,12 +168,8 @@ def _diameter_px(p: np.ndarray, section: Section) -> float:
 
 
 def _pitch_px(p: np.ndarray) -> float:
-    """Along the bundle's own centre line, whose frame turns with its torsion, kc / (1 + kappa^2)
-    per px, beside the strands' k."""
-    k, rc, kc = float(p[K]), float(p[RC]), float(p[KC])
-    q2 = 1.0 + (rc * kc) ** 2
-    rate = k / math.sqrt(q2) + (kc / q2 if rc > 0.0 else 0.0)
-    return 1.0 / max(abs(rate) / (2.0 * math.pi), 1e-12)
+    """Along the bundle's own centre line."""
+    return 2.0 * math.pi / max(abs(float(twist(p))), 1e-12)
 
 
 def with_relief(edges: Edges, fit: HelixFit) -> HelixFit:

@@ -19,7 +19,7 @@ from tsvision.measures.coil_radius import coil_px, held, radius_along
 from tsvision.measures.envelope import Envelope, envelope_px
 from tsvision.measures.followed import Followed
 from tsvision.measures.helix import Edges, HelixFit
-from tsvision.measures.silhouette import KC, RC, SLOPE, Y0, K
+from tsvision.measures.silhouette import KC, RC, SLOPE, Y0, K, twist
 from tsvision.measures.spectrum import spectrum
 
 TIGHTEST, WIDEST = 0.8, 2.5  # pitches of a knot's coils, in D
@@ -55,9 +55,8 @@ def laid_along(
     fit = found.fit
     s = np.arange(np.ceil(start_px), end_px)
     known = np.isfinite(envelope.px)
-    coils, stretch = (float(fit.p[KC]), fit.stretch) if fit.coiled else (0.0, 1.0)
-    twist = (float(fit.p[K]) + coils / stretch) / stretch  # rad per px of bundle
-    rate = np.full(s.size, coils)
+    along = float(twist(fit.p))  # rad per px of bundle
+    rate = np.full(s.size, float(fit.p[KC]) if fit.coiled else 0.0)
     radius = np.zeros(s.size)
     if fit.coiled:
         radius = radius_along(found, edges, s, start_px, end_px)
@@ -69,11 +68,11 @@ def laid_along(
             tight = coil_rate(edges, low, high, fit.diameter_px)
             if np.isfinite(tight):
                 most = float(shown[here].max(initial=0.0))
-                wide = shown[here] * _unseen(fit, most, tight, twist, envelope.closed_over_px)
+                wide = shown[here] * _unseen(fit, most, tight, along, envelope.closed_over_px)
                 rate[here], radius[here] = tight, np.maximum(wide, radius[here])
     radius *= held(s, edges.s_px[known], start_px, end_px, fit.diameter_px)
     length = np.sqrt(1.0 + (radius * rate) ** 2)
-    turning = (twist * length + rate * (1.0 - 1.0 / length)) / (2.0 * np.pi)
+    turning = (along * length + rate * (1.0 - 1.0 / length)) / (2.0 * np.pi)
     if followed is not None:
         told, passing, stretched = followed.at(s)
         turning += told * (passing / (2.0 * np.pi) - turning)
@@ -107,14 +106,14 @@ def coil_rate(edges: Edges, low_px: float, high_px: float, diameter_px: float) -
 
 
 def _unseen(
-    fit: HelixFit, radius_px: float, rate: float, twist: float, closed_over_px: float
+    fit: HelixFit, radius_px: float, rate: float, along: float, closed_over_px: float
 ) -> float:
     """Times that a coil of this radius and rate is as wide as its envelope has it on the mean."""
     if radius_px < LEAST_RADIUS * fit.diameter_px:
         return 1.0
     stretch = float(np.hypot(1.0, radius_px * rate))
     p = fit.p.copy()
-    p[RC], p[KC], p[K] = radius_px, rate, twist * stretch - rate / stretch
+    p[RC], p[KC], p[K] = radius_px, rate, along * stretch - rate / stretch
     return radius_px / float(_drawn(fit, p, closed_over_px).mean())
 
 

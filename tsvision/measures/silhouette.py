@@ -221,6 +221,16 @@ def gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cov
 
 
 @numba.njit(cache=True)
+def twist(p):  # pragma: no cover - compiled
+    """Of the strands about the bundle's own centre line, rad per px of that: its frame turns with
+    its torsion, kc / (1 + kappa^2), beside the strands' k."""
+    if p[RC] <= 0.0:
+        return p[K]
+    stretch = np.sqrt(1.0 + (p[RC] * p[KC]) ** 2)
+    return (p[K] + p[KC] / stretch) / stretch
+
+
+@numba.njit(cache=True)
 def moved(p, shift):  # pragma: no cover - compiled
     """Parameters (9,) with z counted from a middle `shift` px further on."""
     q = p.copy()
