@@ -1,8 +1,9 @@
 """Photos by others, measured like any recording: `python -m tests.bench.real_photos [--draw]`.
 
-Ten photos of one hairy yarn (scale from its known length) and plied pipe cleaners (sense, strand
+Photos of one hairy yarn (scale from its known length) and plied pipe cleaners (sense, strand
 repeat). Prints one line a photo and the yarn's mean and spread; `--draw` writes the overlays of
 docs/real. The photos lie beside the project (../shared/real); without them the command says so.
+Another folder's (`--photos DIR`, with the same names in it) are measured as far as they are there.
 
 Yarn photos: MIT, (c) 2023 sabetta (stitch-by-stitch). Plied photos: CC0 1.0
 (UnstableDesign/PrototypingSmartTextiles).
@@ -10,7 +11,7 @@ Yarn photos: MIT, (c) 2023 sabetta (stitch-by-stitch). Plied photos: CC0 1.0
 
 from __future__ import annotations
 
-import sys
+import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -40,7 +41,10 @@ class Case:
     repeat_px: float = float("nan")
 
 
-YARN = [Case(f"{cm}_{n}", f"yarn/{cm}_{n}.jpg", 10.0 * cm) for cm in (10, 20) for n in range(1, 6)]
+LENGTHS_CM = (10, 15, 20, 25)
+YARN = [
+    Case(f"{cm}_{n}", f"yarn/{cm}_{n}.jpg", 10.0 * cm) for cm in LENGTHS_CM for n in range(1, 6)
+]
 _PLIED = "plied/so_yarn_examples.{}.jpeg"
 PLIED = [
     Case("002 upper", _PLIED.format("002"), None, (100, 80, 940, 340), "S", 26.2),
@@ -57,14 +61,14 @@ PLIED = [
 ]
 
 
-def measure(case: Case) -> tuple[FrameRow, np.ndarray]:
+def measure(case: Case, photos: Path) -> tuple[FrameRow, np.ndarray]:
     """The row of one photo and the photo with what was measured drawn on it."""
     told: dict[str, object] = {}
     if case.length_mm is not None:
         told |= {"camera.scale_from": "length", "camera.length_mm": case.length_mm}
     if case.roi is not None:
         told["view.roi_px"] = case.roi
-    recording = open_recording(PHOTOS / case.photo, load_rig(None, told))
+    recording = open_recording(photos / case.photo, load_rig(None, told))
     frame = next(iter(iter_frames(recording)))
     assert frame.pixels is not None
     measurer = Measurer(recording.rig)
@@ -123,19 +127,26 @@ def draw(case: Case, canvas: np.ndarray) -> None:
 
 
 def main() -> int:
-    if not PHOTOS.is_dir():
-        print("real photos are not beside the project (../shared/real): nothing measured")
+    words = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    words.add_argument("--draw", action="store_true")
+    words.add_argument("--photos", type=Path, default=PHOTOS)
+    given = words.parse_args()
+    cases = [case for case in [*YARN, *PLIED] if (given.photos / case.photo).is_file()]
+    if not cases:
+        print(f"{given.photos}: none of the photos is there: nothing measured")
         return 0
     print("| photo | D px | D mm | repeat px | by eye | sense | known | flags |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     diameters = []
-    for case in [*YARN, *PLIED]:
-        row, canvas = measure(case)
+    for case in cases:
+        row, canvas = measure(case, given.photos)
         print(line_of(case, row), flush=True)
         if case.length_mm is not None:
             diameters.append(row.diameter_mm)
-        if "--draw" in sys.argv:
+        if given.draw:
             draw(case, canvas)
+    if len(diameters) < 2:
+        return 0
     known = np.array(diameters)
     inside = int(((known > 2.0) & (known < 3.4)).sum())
     print(
