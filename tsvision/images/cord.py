@@ -20,6 +20,7 @@ from tsvision.images.sight import Sight
 LEVEL = 0.35  # share of the core's contrast at which strings begin
 FIBRE = 0.35  # of the width: what is thinner is no strand of the core
 EDGE = 0.5  # share of the core's contrast at which the cord ends at full size, fuzz left out
+WIDE_PX = 31  # discs above are drawn by distances, which cost the same for all
 SHORTEST_WIDTHS = 4.0  # of a cord that can be followed
 
 
@@ -44,10 +45,27 @@ def core_mask(contrast: np.ndarray, width_px: float, coloured: bool) -> np.ndarr
     valleys between strands are closed: closing first would fill the meshes. Plies of two colours
     are unlike the ground by unlike amounts, so that colour counts from a lower level on.
     """
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (max(int(FIBRE * width_px), 1) | 1,) * 2)
     mask = (contrast > (LEVEL if coloured else EDGE)).astype(np.uint8)
+    size = max(int(FIBRE * width_px), 1) | 1
+    if size > WIDE_PX:
+        radius = size // 2
+        opened = _grown(_shrunk(mask, radius), radius)
+        return _shrunk(_grown(opened, radius), radius)
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, disc)
     return cv2.morphologyEx(opened, cv2.MORPH_CLOSE, disc)
+
+
+def _shrunk(mask: np.ndarray, radius: int) -> np.ndarray:
+    """What of a mask lies farther than a radius from all that is not it: erosion by a disc, at a
+    cost that does not grow with the disc."""
+    far = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) > radius
+    return far.astype(np.uint8)
+
+
+def _grown(mask: np.ndarray, radius: int) -> np.ndarray:
+    """Dilation by the same disc."""
+    return 1 - _shrunk(1 - mask, radius)
 
 
 def cord_map(
