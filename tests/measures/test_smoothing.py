@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 
-from tsvision.measures.smoothing import bridged, smoothed
+from tsvision.measures.smoothing import blurred, bridged, smoothed
 from tsvision.measures.sums import deviation, summed
 
 
@@ -36,3 +36,10 @@ def test_sums(count: int) -> None:
     values = np.random.default_rng(count).normal(size=count)
     assert summed(values) == values.sum()
     assert deviation(values) == np.std(values)
+
+
+@pytest.mark.parametrize("sd", [0.7, 7.0, 60.0])
+def test_blurred(sd: float) -> None:
+    lines = np.cumsum(np.random.default_rng(3).normal(size=(4, 300)), axis=1)
+    known = gaussian_filter1d(lines, sd, axis=1, mode="nearest", truncate=3.5)
+    np.testing.assert_allclose(blurred(lines, sd, truncate=3.5), known, atol=1e-9)

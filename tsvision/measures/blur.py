@@ -8,7 +8,6 @@ limb for the edge, or the edge for the ramp: 6 px of shake moved D by 2 px.
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import least_squares
 
 from tsvision.measures.bundle import BundleFit
@@ -22,6 +21,7 @@ from tsvision.measures.shading import (
     make_shading,
 )
 from tsvision.measures.silhouette import model_edges
+from tsvision.measures.smoothing import blurred
 
 SHARPEST_PX, MOST_BLURRED_PX = 0.35, 6.0
 STEADY, STEADY_PX = 0.25, 0.4  # of the blur, and at least: frames that differ by no more are alike
@@ -56,15 +56,16 @@ def frame_blur_px(cut: Cut, found: BundleFit, shading: tuple[Shading, Shading]) 
 
 def blur_of(profiles: tuple[EdgeProfile, EdgeProfile], shading: tuple[Shading, Shading]) -> float:
     """Blur (px) that both mean profiles share; depth, ground and place of each are free."""
-    sharpest = [s.template for s in with_blur(shading, SHARPEST_PX)]
+    sharpest = np.stack([s.template for s in with_blur(shading, SHARPEST_PX)])
 
     def residuals(q: np.ndarray) -> np.ndarray:
         blur_px = averaged_blur_px(q[0])
         sd = np.sqrt(max(blur_px**2 - SHARPEST_PX**2, 1e-6)) / TEMPLATE_STEP_PX
         out = []
-        for p, template, place in zip(profiles, sharpest, q[1:], strict=True):
-            blurred = gaussian_filter1d(template, sd, mode="nearest", truncate=3.5)
-            seen = np.interp(p.t_px - place, TEMPLATE_GRID_PX, blurred)
+        for p, template, place in zip(
+            profiles, blurred(sharpest, sd, truncate=3.5), q[1:], strict=True
+        ):
+            seen = np.interp(p.t_px - place, TEMPLATE_GRID_PX, template)
             design = np.stack([seen, np.ones_like(seen)], axis=1)
             found = np.linalg.lstsq(design, p.value, rcond=None)[0]
             out.append(design @ found - p.value)

@@ -9,7 +9,7 @@ it is not. The places found by the sharper profile say how far the edges were of
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -46,7 +46,8 @@ class EdgeLook:
     either edge counts in a fit; steady: whether the frames are equally sharp; places_px: where the
     last round saw the true edges, inside (> 0) those found by the look before it; strain: how far
     off, in squares of their sd, light and the outline's shape each found the bundles fitted;
-    hidden_px: how much of the width may lie beyond edges that are no strand's."""
+    hidden_px: how much of the width may lie beyond edges that are no strand's; coils: fitted in the
+    last round, each by its cut's id, which the next begins from."""
 
     shading: tuple[Shading, Shading]
     diameter_px: float
@@ -55,6 +56,7 @@ class EdgeLook:
     places_px: tuple[float, float] = (0.0, 0.0)
     strain: float = 0.0
     hidden_px: float = 0.0
+    coils: dict[int, BundleFit] = field(default_factory=dict)
 
     @property
     def moved_px(self) -> float:
@@ -144,9 +146,10 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
     seen = [(cut, replace(find_edges(cut, look.shading), trust=look.trust)) for cut in cuts]
     fits = _fitted(seen, section, look.diameter_px, coil=False)
     if not any(f.bundle.fit.cost < POOR for f in fits):
-        fits += _fitted(seen, section, look.diameter_px, coil=True)
+        fits += _fitted(seen, section, look.diameter_px, coil=True, last=look.coils)
     if not fits:
         return replace(look, steady=True, places_px=(0.0, 0.0))
+    coils = {id(f.cut): f.bundle for f in fits if f.bundle.fit.coiled}
     # Along a silhouette that does not fit the mean edge is smeared, however sharp the frame is.
     blurs = _of_frames(
         fits,
@@ -166,7 +169,7 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
     rho = 0.5 * diameter / section.diameter_d
     mean = edge_profiles([f.cut for f in fits], rho, [model_rows(f.cut, f.bundle) for f in fits])
     if mean is None:
-        return replace(look, diameter_px=diameter, steady=steady, places_px=(0.0, 0.0))
+        return replace(look, diameter_px=diameter, steady=steady, places_px=(0.0, 0.0), coils=coils)
     each = [(f.edges, f.bundle) for f in fits]
     shape = shape_of(each, look.shading[0].blur_px)
     upper, lower, places_px = fit_shading(
@@ -188,6 +191,7 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
         (upper_px, lower_px),
         strain,
         hidden_px(each),
+        coils,
     )
 
 
@@ -201,9 +205,14 @@ class _Fitted:
 
 
 def _fitted(
-    seen: list[tuple[Cut, Edges]], section: Section, diameter: float, coil: bool
+    seen: list[tuple[Cut, Edges]],
+    section: Section,
+    diameter: float,
+    coil: bool,
+    last: dict[int, BundleFit] | None = None,
 ) -> list[_Fitted]:
-    """The cuts that a helix describes; coils, costly to search, on demand only."""
+    """The cuts that a helix describes; coils, costly to search, on demand only. last: what was
+    fitted to a cut, by its id, in the round before; else a cut begins from the one before it."""
     fits: list[_Fitted] = []
     before = None
     for cut, edges in seen:
@@ -211,7 +220,8 @@ def _fitted(
         for window in windows[:1] if coil else windows:
             if not coil and swing_px(edges.window(*window)) > SWINGS * diameter:
                 break
-            fit = fit_window(edges, section, *window, diameter, float("nan"), before, coil=coil)
+            start = (last or {}).get(id(cut), before)
+            fit = fit_window(edges, section, *window, diameter, float("nan"), start, coil=coil)
             if fit is None or fit.fit.rms_px >= max(0.6, 0.03 * diameter):
                 break
             fits.append(_Fitted(cut, edges, fit))

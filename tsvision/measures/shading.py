@@ -28,7 +28,8 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+
+from tsvision.measures.smoothing import blurred
 
 TEMPLATE_START_PX = -14.0
 TEMPLATE_STEP_PX = 0.05
@@ -108,7 +109,7 @@ def light_shapes(
     sent = inside * (1.0 - loss * (1.0 - facing) ** 5)
     shapes = sent * np.vstack([np.ones_like(x), np.maximum(lit, 0.0)])
     sd = max(blur_px, 0.2) / TEMPLATE_STEP_PX
-    return np.asarray(gaussian_filter1d(shapes, sd, axis=1, mode="nearest", truncate=3.5))
+    return blurred(shapes, sd, truncate=3.5)
 
 
 @lru_cache(maxsize=8)

@@ -1,7 +1,8 @@
-"""A line of numbers smoothed by a Gaussian, and bridged where it is not known.
+"""Lines of numbers smoothed by a Gaussian, and bridged where they are not known.
 
-To the last bit as scipy's `gaussian_filter1d` and numpy's `interp`, which set themselves up for
-pictures of any number of dimensions and places in any order: a frame asks for dozens of lines.
+`smoothed` and `bridged` are to the last bit as scipy's `gaussian_filter1d` and numpy's `interp`,
+which set themselves up for pictures of any number of dimensions and places in any order: a frame
+asks for dozens of lines.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from functools import lru_cache
 
 import numba
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
 
 def smoothed(
@@ -48,6 +50,23 @@ def convolved(values, half, mirrored):  # pragma: no cover - compiled
         for i in range(count):
             out[i] += (before[i] + after[i]) * weight
     return out
+
+
+def blurred(lines: np.ndarray, sd: float, truncate: float = 4.0) -> np.ndarray:
+    """Lines (K, M) smoothed by a Gaussian of many samples, which go on as their last values: by
+    Fourier transform, whose cost hardly grows with `sd`."""
+    half = taps(sd, truncate)
+    count, reach = lines.shape[1], half.size - 1
+    size = next_fast_len(count + 2 * reach, real=True)
+    wide = np.empty((len(lines), size))
+    wide[:, :reach] = lines[:, :1]
+    wide[:, reach : reach + count] = lines
+    wide[:, reach + count :] = lines[:, -1:]
+    weights = np.zeros(size)
+    weights[: reach + 1] = half
+    weights[size - reach :] = half[:0:-1]
+    found = irfft(rfft(wide, axis=1) * rfft(weights).real, size, axis=1)
+    return np.asarray(found[:, reach : reach + count])
 
 
 @numba.njit(cache=True)
