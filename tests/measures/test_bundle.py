@@ -12,9 +12,22 @@ from tsvision.measures import bundle
 from tsvision.measures.bundle import SCALE_PX, BundleFit, fit_window
 from tsvision.measures.fits import _better
 from tsvision.measures.helix import Edges, fit_helix
+from tsvision.measures.search import straight_at
 from tsvision.measures.section import pair_core
 from tsvision.measures.shape import trust_of
-from tsvision.measures.silhouette import COILED, KC, PHI, PHIC, RC, RHO, K, model_edges
+from tsvision.measures.silhouette import (
+    COILED,
+    KC,
+    PHI,
+    PHIC,
+    RC,
+    RHO,
+    SLOPE,
+    Y0,
+    K,
+    Section,
+    model_edges,
+)
 from tsvision.measures.weigh import POOR, noise_cost
 
 DIAMETER_PX = 30.0
@@ -196,3 +209,45 @@ def test_a_poor_fit_to_what_hardly_swings_is_searched_for_coils_once(
     """Every frame whose straight fit was worse than the one before cost a search of 140 ms."""
     asked = searches(monkeypatch, False, [0.02, 0.02, 0.021, 0.027])
     assert [given[7] for given in asked] == [True, False, False, True]
+
+
+def twisted(section: Section, rate: float, phase: float, noise_px: float = 0.1) -> Edges:
+    p = np.zeros(9)
+    p[RHO] = 0.5 * DIAMETER_PX / section.diameter_d
+    p[K], p[PHI], p[Y0], p[SLOPE] = rate, phase, 0.4, 0.002
+    edges = model_edges(p, section, -120.0, 241)
+    noise = noise_px * np.random.default_rng(3).standard_normal((2, 241))
+    return Edges(np.arange(241.0), *(edges + noise), *np.ones((2, 241)))
+
+
+@pytest.mark.parametrize("phase", [0.1, 0.9, 1.7, 2.5, 3.1])
+def test_strands_whose_rate_is_nearly_known_are_found_at_any_phase(phase: float) -> None:
+    edges = twisted(pair_core(2), 0.1, phase)
+    fit = straight_at(edges, pair_core(2), DIAMETER_PX, 0.102, SCALE_PX)
+    assert fit is not None
+    assert fit.p[K] == pytest.approx(0.1, abs=2e-4)
+    assert fit.diameter_px == pytest.approx(DIAMETER_PX, abs=0.1)
+
+
+def test_strands_that_may_stand_a_quarter_turn_on_are_not_led_on() -> None:
+    """Eight lie nearly four-fold: in noise a search has to tell which of two phases it is."""
+    plain, noisy = (twisted(pair_core(8), 0.1, 0.4, px) for px in (0.1, 2.0))
+    fit = straight_at(plain, pair_core(8), DIAMETER_PX, 0.1, SCALE_PX)
+    assert fit is not None and fit.p[PHI] == pytest.approx(0.4, abs=0.02)
+    assert straight_at(noisy, pair_core(8), DIAMETER_PX, 0.1, SCALE_PX) is None
+
+
+def test_a_straight_bundle_is_led_on_from_frame_to_frame(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By as much as the motor has turned: no search while that fits as well as before."""
+    section = pair_core(2)
+    first = fit_window(twisted(section, 0.1, 0.4), section, 0.0, 240.0, DIAMETER_PX, 0.1)
+    assert first is not None
+
+    def searched(*given: object) -> None:
+        raise AssertionError("searched")
+
+    monkeypatch.setattr(bundle, "search_straight", searched)
+    further = twisted(section, 0.11, 2.0)
+    found = fit_window(further, section, 0.0, 240.0, DIAMETER_PX, 0.11, first)
+    assert found is not None
+    assert found.fit.p[K] == pytest.approx(0.11, abs=2e-4)

@@ -13,7 +13,7 @@ from tsvision.measures.line import slope_of
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import plain_shading
 from tsvision.measures.silhouette import FREE_COILED, KC, PHI, PHIC, RC, RHO, K, model_edges
-from tsvision.measures.steep import gradient_of, match_steep
+from tsvision.measures.steep import match_steep
 
 RHO_PX = 6.0
 FINE = 8
@@ -36,21 +36,23 @@ def test_a_steep_flank_is_found_square_to_itself(slope: float) -> None:
     columns = np.arange(81.0)
     true = 30.0 + slope * (columns - middle)
     rough = np.where(np.abs(columns - middle) < 20.0 / abs(slope), true + 0.8, np.nan)
-    steep = match_steep(contrast, gradient_of(contrast), rough, 1, plain_shading(RHO_PX), 2.5)
     known = np.isfinite(rough)
+    slopes = slope_of(rough, known, 1.0)
+    steep = match_steep(contrast, rough, slopes, 1, plain_shading(RHO_PX), 2.5)
+    assert steep is not None
     assert steep.columns[known].all() and not steep.columns[~known].any()
     error = (steep.matched[0] - true)[known] / np.hypot(1.0, slope)
     assert np.isfinite(error).all()
     assert np.abs(error).max() < 0.1
 
 
-def test_what_runs_along_the_axis_is_left_alone() -> None:
+@pytest.mark.parametrize("slope", [0.4, 0.9])  # of the rough edge: as it is, and misled
+def test_what_runs_along_the_axis_is_left_alone(slope: float) -> None:
     contrast = flank(0.4, 40.0, neighbour=40.0)
     s = np.arange(81.0)
     rough = np.where(np.abs(s - 40.0) < 25.0, 30.0 + 0.4 * (s - 40.0), np.nan)
-    assert not match_steep(
-        contrast, gradient_of(contrast), rough, 1, plain_shading(RHO_PX), 2.5
-    ).columns.any()
+    slopes = np.full(81, slope)
+    assert match_steep(contrast, rough, slopes, 1, plain_shading(RHO_PX), 2.5) is None
 
 
 def test_slope_of_a_line_with_gaps() -> None:

@@ -30,7 +30,7 @@ def mask_level(contrast: np.ndarray, inner_px: float) -> float:
     may keep a tenth of the core's contrast, and above what the ground itself varies by."""
     half = contrast.shape[0] // 2
     outside = np.flatnonzero(np.abs(np.arange(-half, half + 1)) > inner_px)
-    ground = contrast[outside[::3], ::4]
+    ground = contrast[outside[::4], ::6]
     ground = ground[np.isfinite(ground)]
     if ground.size == 0:
         return MASK_LEVEL
@@ -45,11 +45,20 @@ def string_mask(contrast: np.ndarray, thin_px: float, level: float) -> np.ndarra
     of a strand can be darker than the ground (the negative part); a shadow on the ground is soft
     and must be twice as strong to count.
     """
-    with np.errstate(invalid="ignore"):  # NaN is no string
-        raw = ((contrast > level) | (contrast < -2.0 * level)).astype(np.uint8)
+    raw = _stands_out(contrast, contrast.dtype.type(level))
     k = max(1, round(thin_px)) | 1
     kernel = np.ones((k, k), np.uint8)  # a square is separable, hence fast
     return cv2.morphologyEx(cv2.morphologyEx(raw, cv2.MORPH_CLOSE, kernel), cv2.MORPH_OPEN, kernel)
+
+
+@numba.njit(cache=True)
+def _stands_out(contrast, level):  # pragma: no cover - compiled
+    out = np.empty(contrast.shape, np.uint8)
+    for r in range(contrast.shape[0]):
+        for c in range(contrast.shape[1]):
+            value = contrast[r, c]  # NaN is no string
+            out[r, c] = (value > level) | (value < -2 * level)
+    return out
 
 
 def masks_of(

@@ -16,6 +16,7 @@ from tsvision.measures.search import (
     coils_of,
     search_coiled,
     search_straight,
+    straight_at,
 )
 from tsvision.measures.silhouette import KC, K, Section
 from tsvision.measures.sums import deviation
@@ -26,6 +27,7 @@ SCALE_PX = 0.5  # residual at which an edge point begins to count less
 SWINGS = 0.03  # rms of the middle line over D from which a coil is tried, ...
 SWINGS_WIDELY = 0.08  # ... and from which nothing else is
 SWINGS_ON = 1.15  # by what factor it must grow for a coil to be sought again where none was found
+LED_ON = 1.1  # times the cost of the frame before that a straight fit led on by the motor may have
 POOR_FRAMES = 5  # for which a poor fit is carried on before all is searched again
 PLAINLY_STRAIGHT = 0.2  # cost of a straight fit below which no coil is tried
 COIL_PAYS = 0.85  # share of a straight fit's cost that a coiled one must stay below, ...
@@ -187,6 +189,10 @@ def _carried_on(
     rate = float(fit.p[K])
     grown = expected_rate / before.expected_rate if before.expected_rate > 0.0 else NAN
     moved = rate * float(np.clip(grown, 0.7, 1.4)) if np.isfinite(grown) else rate
+    if not fit.coiled and expected_rate > 0.0:
+        led = straight_at(part, section, diameter, moved, scale_px)
+        if led is not None and led.cost < LED_ON * fit.cost + 0.01:
+            return led
     margin = 0.04 * abs(rate) + 0.2 / max(float(np.ptp(part.s_px)), 1.0)
     band = Band(min(rate, moved) - margin, max(rate, moved) + margin, expected_rate)
     if not fit.coiled:

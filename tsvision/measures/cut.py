@@ -30,7 +30,7 @@ from tsvision.measures.shading import (
     undivided,
 )
 from tsvision.measures.shading_fit import fit_shading
-from tsvision.measures.steep import GRADIENT_REACH_PX, Gradient, gradient_of, match_steep
+from tsvision.measures.steep import match_steep
 from tsvision.measures.strands import Silhouette, outline
 
 GROUND_FROM = 1.35  # widths from the axis
@@ -38,12 +38,12 @@ LEAST_RISE = 0.3  # of the core's contrast, from the ground to within a strand
 FOUND_BACK_PX = 1.5  # from how far off a match comes to the edge, ...
 SEARCHED_PX = 2.5  # ... and how far it may go
 SLOPE_SD_PX = 1.5  # over which the slope of a rough edge is told
+STEPS_APART = 3  # columns: of the neighbours whose differences tell the noise
 BLACK_STEP = 8  # columns apart that are asked what strands without light would show
 # Of the typical depth: what matches with less is a fibre. Told of fainter ones is up to 0.15 more
 # than there is, for their step is held near the template's; but columns of a dark limb that hardly
 # anything of the lamp reaches show no more than 0.4, and without them coils look full of knots.
 LEAST_DEPTH, MOST_DEPTH = 0.33, 3.0
-MAYBE_STEEP = 0.7  # slope of rough edges from which the outline's own direction is looked at
 
 
 @dataclass(frozen=True)
@@ -67,11 +67,6 @@ class Cut:
     in_colour: bool
     sampled: np.ndarray
     sight: Sight
-
-    @cached_property
-    def gradient(self) -> Gradient:
-        """Of the contrast about the outline: asked for by either side, if at all."""
-        return gradient_of(self.contrast, slice(*_rows_about(self)))
 
     @cached_property
     def black(self) -> float:
@@ -110,7 +105,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     dim = (none, none)
     if sight.sense > 0 and not sight.by_distance:
         dim = dim_edges(contrast, silhouette, sight.width_px, strand_px)
-    sampled = pixels[::8]
+    sampled = pixels[::8, ::4]
     saturated = np.count_nonzero(sampled == np.iinfo(pixels.dtype).max) / max(sampled.size, 1)
     return Cut(
         contrast,
@@ -131,14 +126,14 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
 
 @numba.njit(cache=True)
 def _steps(contrast, rows):  # pragma: no cover - compiled
-    """By how much (K,) neighbours differ along some rows of a contrast (R, M), where both are
+    """By how much (K,) some neighbours differ along some rows of a contrast (R, M), where both are
     known."""
     columns = contrast.shape[1]
     out = np.empty(rows.size * columns, contrast.dtype)
     count = 0
     for r in rows:
         row = contrast[r]
-        for c in range(columns - 1):
+        for c in range(0, columns - 1, STEPS_APART):
             out[count] = abs(row[c + 1] - row[c])
             count += np.isfinite(out[count])
     return out[:count]
@@ -186,18 +181,6 @@ def crop(
     if not sight.by_distance and np.all(sight.weights >= 0.0):
         return linear_signal(part, sight.weights, sight.gamma), moved
     return to_linear(np.ascontiguousarray(part), sight.gamma), moved
-
-
-def _rows_about(cut: Cut) -> tuple[int, int]:
-    """First row, and the one after the last, that a gradient anywhere on the outline depends on."""
-    outline = np.concatenate(
-        [cut.silhouette.low + cut.half_px, cut.silhouette.high + cut.half_px, *cut.dim]
-    )
-    outline = outline[np.isfinite(outline)]
-    if not outline.size:
-        return 0, cut.contrast.shape[0]
-    far = GRADIENT_REACH_PX + 2  # an edge lies up to a row beyond, and between two of them
-    return max(int(outline.min()) - far, 0), int(outline.max()) + far + 1
 
 
 def rough_edges(cut: Cut) -> tuple[np.ndarray, np.ndarray]:
@@ -326,8 +309,8 @@ def _matched(
     slope = slope_of(rough, np.isfinite(rough), SLOPE_SD_PX)
     edge, depth, residual = match_edges(cut.contrast, start, outward, shade, slope, SEARCHED_PX)
     typical = median(depth[np.isfinite(depth)])
-    if max(slope.max(), -slope.min()) > MAYBE_STEEP:
-        steep = match_steep(cut.contrast, cut.gradient, rough, outward, shade, SEARCHED_PX)
+    steep = match_steep(cut.contrast, rough, slope, outward, shade, SEARCHED_PX)
+    if steep is not None:
         both = zip((edge, depth, residual), steep.matched, strict=True)
         edge, depth, residual = (np.where(steep.columns, new, old) for old, new in both)
     weight = _quality(depth, residual, typical)

@@ -9,6 +9,8 @@ from tsvision.images.percentiles import median, row_medians
 from tsvision.measures.cut import Cut
 from tsvision.measures.helix import Edges
 
+SOME = 3  # columns apart that tell typical light and shading
+
 
 def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float) -> float:
     """Sign-bearing slope of the ridges in a strip, in -1..1: sum(gx gy) over sum of both squares.
@@ -34,7 +36,7 @@ def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float)
         cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE,
     )
-    floor = max(0.02 * median(np.abs(straight)), 1e-4)
+    floor = max(0.02 * median(np.abs(straight[:, ::SOME])), 1e-4)
     log = np.log(np.maximum(straight, floor))
     log = cv2.GaussianBlur(
         log, (0, 0), sigmaX=max(0.6 * half_width_px, 0.8), sigmaY=max(0.15 * half_width_px, 0.8)
@@ -42,7 +44,7 @@ def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float)
     gx = 0.5 * (log[1:-1, 2:] - log[1:-1, :-2])
     gy = 0.5 * (log[2:, 1:-1] - log[:-2, 1:-1])
     # The mean shading across carries no slope.
-    gy = gy - row_medians(gy)[:, None].astype(np.float32)
+    gy = gy - row_medians(gy[:, ::SOME])[:, None].astype(np.float32)
     total = float((gx * gx + gy * gy).sum())
     # A ridge along n = m s has gx = -m gy: the product's sign is opposite to the slope's.
     return -2.0 * float((gx * gy).sum()) / total if total > 0 else 0.0

@@ -59,6 +59,22 @@ def search_straight(
     return _search(edges, section, bases, [band] * len(bases), False, scale_px)
 
 
+def straight_at(
+    edges: Edges, section: Section, diameter_px: float, rate: float, scale_px: float
+) -> HelixFit | None:
+    """The straight helix whose rate is nearly known: its phase is looked for, no more. None where
+    the edges show two phases nearly as well, as of a section that is nearly four-fold."""
+    whole = _bases(edges, section, diameter_px)[0]
+    small = reduced(edges, 2.0 * whole[RHO] * section.diameter_d / SEARCH_DIAMETER_PX)
+    base = small.down(whole)
+    phases, costs = _scanned(small.edges, section, base, np.array([rate * small.factor]))
+    deep = np.sort(costs[0][_deep(costs)[0]])
+    if deep.size > 1 and deep[1] < LIKELY[False] * deep[0] + 0.01:
+        return None
+    base[K], base[PHI] = rate * small.factor, _lowest(phases, costs[0])
+    return fit_helix(edges, section, small.up(base), FREE_STRAIGHT, scale_px)
+
+
 def search_coiled(
     edges: Edges,
     section: Section,
@@ -248,24 +264,7 @@ def _valleys(
     alone = (band.expected - (base[KC] / factor if base[RC] > 0.0 else 0.0)) * factor
     if np.isfinite(alone) and rates[0] < alone < rates[-1]:
         rates = np.append(rates, alone)
-    phases = _phases(lobes, section.fold)
-    costs = np.empty((rates.size, phases.size))
-    rho = float(base[RHO])
-    # The coil is known roughly only, and the grid is coarse: a deviation counts up to a fair part
-    # of a strand.
-    scan(
-        base,
-        rates,
-        phases,
-        *section.outer,
-        -half,
-        edges.observed,
-        edges.trusted,
-        edges.worth,
-        0.25 * rho,
-        max(0.35, min(1.0, 0.4 * rho)),
-        costs,
-    )
+    phases, costs = _scanned(edges, section, base, rates)
     # A section that is nearly four-fold has two deep valleys at one rate, a quarter turn apart.
     at = np.flatnonzero(_deep(costs[:count]))
     at = at[np.argsort(costs.ravel()[at])][: 3 * VALLEYS]
@@ -277,6 +276,41 @@ def _valleys(
         p[K], p[PHI] = rates[i], phases[j]
         starts.append((float(costs[i, j]) * doubt(p, band.expected * factor), p))
     return starts
+
+
+def _lowest(phases: np.ndarray, costs: np.ndarray) -> float:
+    """Where a parabola through the least of the costs (P,) and its neighbours is lowest."""
+    j = int(np.argmin(costs))
+    before, least, after = costs[j - 1], costs[j], costs[(j + 1) % costs.size]
+    bend = before - 2.0 * least + after
+    off = 0.5 * (before - after) / bend if bend > 0.0 else 0.0
+    return float(phases[j] + off * (phases[1] - phases[0]))
+
+
+def _scanned(
+    edges: Edges, section: Section, base: np.ndarray, rates: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Phases (P,) over one repeat of the section, and how far its silhouette lies from the edges
+    at each of them and of the rates (K,), (K, P)."""
+    phases = _phases(section.lobes, section.fold)
+    costs = np.empty((rates.size, phases.size))
+    rho = float(base[RHO])
+    # The coil is known roughly only, and the grid is coarse: a deviation counts up to a fair part
+    # of a strand.
+    scan(
+        base,
+        rates,
+        phases,
+        *section.outer,
+        -0.5 * float(edges.s_px[-1] - edges.s_px[0]),
+        edges.observed,
+        edges.trusted,
+        edges.worth,
+        0.25 * rho,
+        max(0.35, min(1.0, 0.4 * rho)),
+        costs,
+    )
+    return phases, costs
 
 
 @lru_cache(maxsize=16)

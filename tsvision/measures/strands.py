@@ -24,34 +24,88 @@ class Silhouette:
 
 
 @numba.njit(cache=True)
-def _columns(labels, keep, contrast, above, half):  # pragma: no cover - compiled
-    """Of every column (6, M): first and last n of what is kept; of the run of it nearest to the
-    axis too, and that run's distance; how many samples have a contrast above a level. Row by row,
-    as pictures lie in memory."""
-    rows, columns = labels.shape
-    out = np.full((6, columns), np.nan)
-    lit = np.zeros(columns, np.int32)
-    for r in range(rows):
-        for c in range(columns):
-            lit[c] += contrast[r, c] > above
-    out[5] = lit
-    begun = np.full(columns, -1)
-    for r in range(rows + 1):
-        for c in range(columns):
-            if r < rows and keep[labels[r, c]]:
-                if begun[c] < 0:
-                    begun[c] = r
-                continue
-            if begun[c] < 0:
-                continue
-            low, high = begun[c] - half, r - 1 - half
-            begun[c] = -1
-            if np.isnan(out[0, c]):
-                out[0, c] = low
-            out[1, c] = high
-            distance = 0.0 if low <= 0 <= high else float(min(abs(low), abs(high)))
-            if not distance >= out[4, c]:
-                out[2, c], out[3, c], out[4, c] = low, high, distance
+def _runs(changes, columns):  # pragma: no cover - compiled
+    """Runs of a mask (R, M), (3, K): column, first row and the row after the last, column by
+    column. changes (L,): flat places, in order, where a row of it differs from the row before."""
+    begins = np.zeros(columns + 1, np.int64)
+    for place in changes:
+        begins[place % columns + 1] += 1
+    begins = np.cumsum(begins)
+    ordered, next_of = np.empty(changes.size, np.int64), begins[:-1].copy()
+    for place in changes:
+        column = place % columns
+        ordered[next_of[column]] = place // columns
+        next_of[column] += 1
+    out = np.empty((3, changes.size // 2), np.int64)
+    for c in range(columns):
+        for k in range(begins[c] // 2, begins[c + 1] // 2):
+            out[0, k], out[1, k], out[2, k] = c, ordered[2 * k], ordered[2 * k + 1]
+    return out
+
+
+@numba.njit(cache=True)
+def _root(parent, k):  # pragma: no cover - compiled
+    while parent[k] != k:
+        parent[k] = parent[parent[k]]
+        k = parent[k]
+    return k
+
+
+@numba.njit(cache=True)
+def _components(runs):  # pragma: no cover - compiled
+    """Which component (K,) each run is of: those that touch, corners included, are of one."""
+    count = runs.shape[1]
+    parent = np.arange(count)
+    before = 0
+    for k in range(count):
+        column, low, high = runs[:, k]
+        while before < k and (
+            runs[0, before] < column - 1 or (runs[0, before] < column and runs[2, before] < low)
+        ):
+            before += 1
+        other = before
+        while other < k and runs[0, other] < column and runs[1, other] <= high:
+            if runs[2, other] >= low:
+                parent[_root(parent, other)] = _root(parent, k)
+            other += 1
+    for k in range(count):
+        parent[k] = _root(parent, k)
+    return parent
+
+
+@numba.njit(cache=True)
+def _columns(runs, columns, half, core, least):  # pragma: no cover - compiled
+    """Of every column (5, M): first and last n of what belongs to the strings; of the run of it
+    nearest to the axis too, and that run's distance. Strings are the components that hold more
+    than `least` samples less than `core` + 1 rows off the axis."""
+    component = _components(runs)
+    share = np.zeros(component.size)
+    for k in range(component.size):
+        held = min(runs[2, k], half + core + 1) - max(runs[1, k], half - core)
+        share[component[k]] += max(held, 0)
+    out = np.full((5, columns), np.nan)
+    for k in range(component.size):
+        if not share[component[k]] > least:
+            continue
+        c, low, high = runs[0, k], runs[1, k] - half, runs[2, k] - 1 - half
+        if np.isnan(out[0, c]):
+            out[0, c] = low
+        out[1, c] = high
+        distance = 0.0 if low <= 0 <= high else float(min(abs(low), abs(high)))
+        if not distance >= out[4, c]:
+            out[2, c], out[3, c], out[4, c] = low, high, distance
+    return out
+
+
+@numba.njit(cache=True)
+def _lit(contrast, above):  # pragma: no cover - compiled
+    """How many samples of every column (M,) have a contrast above a level. Row by row, as pictures
+    lie in memory."""
+    out = np.zeros(contrast.shape[1], np.int32)
+    for r in range(contrast.shape[0]):
+        row = contrast[r]
+        for c in range(out.size):
+            out[c] += row[c] > above
     return out
 
 
@@ -62,17 +116,15 @@ def outline(
 
     width_px: bundle's outer width; strand_px: one strand; start: first column to consider.
     """
-    import cv2
-
-    half = contrast.shape[0] // 2
+    half, columns = contrast.shape[0] // 2, contrast.shape[1]
     mask = string_mask(contrast, max(0.4 * strand_px, 1.5), level)
-    count, labels = cv2.connectedComponents(mask, connectivity=8)
-    core = labels[half - max(int(0.15 * width_px), 1) : half + max(int(0.15 * width_px), 1) + 1]
-    share = np.bincount(core.ravel(), minlength=count)
-    keep = share > 0.5 * width_px
-    keep[0] = False
-    found = _columns(labels, keep, contrast, np.float32(1.5 * level), half)
-    low, high, run_low, run_high, distance, raw = found
+    framed = np.zeros((mask.shape[0] + 2, columns), np.uint8)
+    framed[1:-1] = mask
+    changes = np.flatnonzero(framed[1:] != framed[:-1])
+    core = max(int(0.15 * width_px), 1)
+    found = _columns(_runs(changes, columns), columns, half, core, 0.5 * width_px)
+    low, high, run_low, run_high, distance = found
+    raw = _lit(contrast, np.float32(1.5 * level))
     with np.errstate(invalid="ignore"):
         cut = raw > (high - low + 1) + 0.25 * strand_px
         single = (distance < 0.3 * width_px) & (run_high - run_low + 1 > 0.3 * width_px)
