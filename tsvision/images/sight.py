@@ -50,6 +50,7 @@ class Sight:
     shadow_level: contrast below which cast shadows could be taken for strings (0: nowhere).
     start_px, end_px: s between which strings may lie. connector_px: s of the connector's face,
     NaN when out of view. legs_seen: whether the separator's side was decided by the legs.
+    some_dim: whether strands may lie in their own bundle's shadow.
     """
 
     axis: Axis
@@ -64,6 +65,7 @@ class Sight:
     gamma: float
     by_distance: bool = False
     shadow_level: float = 0.0
+    some_dim: bool = True
 
     def reversed(self) -> Sight:
         """The same sight seen from the other end: s runs back, n changes its sign."""

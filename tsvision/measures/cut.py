@@ -68,6 +68,11 @@ class Cut:
     sampled: np.ndarray
     sight: Sight
 
+    @property
+    def some_dim(self) -> bool:
+        """Whether strands were found in the bundle's own shadow."""
+        return any(bool(np.isfinite(side).any()) for side in self.dim)
+
     @cached_property
     def black(self) -> float:
         """The contrast of a strand without light, where that is known: asked for while a
@@ -103,7 +108,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     # What is told by its colour, or by being darker, does not vanish where no light falls.
     none = np.full(contrast.shape[1], np.nan)
     dim = (none, none)
-    if sight.sense > 0 and not sight.by_distance:
+    if sight.some_dim and sight.sense > 0 and not sight.by_distance:
         dim = dim_edges(contrast, silhouette, sight.width_px, strand_px)
     sampled = pixels[::8, ::4]
     saturated = np.count_nonzero(sampled == np.iinfo(pixels.dtype).max) / max(sampled.size, 1)

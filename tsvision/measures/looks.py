@@ -121,6 +121,8 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     sight = _between(sight, ends)
     pairs = [(p, c) for p in pictures if (c := cut_frame(p, sight, strand_px, half)) is not None]
     cuts = [c for _, c in pairs] or cuts
+    # The lamp stands still: what lies in the bundle's shadow in none of these does so in none.
+    sight = replace(sight, some_dim=any(cut.some_dim for cut in cuts))
     count, sure = (given, 1.0) if given is not None else _counted(cuts, sight, rig, scale)
     section = pair_core(count)
     strand_px = sight.width_px / section.diameter_d
