@@ -104,12 +104,15 @@ def test_without_a_fit_the_width_between_knots_stands_for_d(
 
 
 def test_coiled_and_knotted_bundles(two: tuple[pd.DataFrame, pd.DataFrame]) -> None:
-    """At 30 turns the bundle coils, at 66 it is knotted. Measured: D within 0.17 px, pitch within
-    1.2 %, the coil's amplitude within 2 %."""
+    """At 30 turns the bundle coils, at 66 it is knotted. Measured: D within 0.07 px, the coil's
+    amplitude within 2 %, the pitch within 0.2 % where the coils are even; beside knots, whose
+    radius changes along the fit, 2.5 % too long, and stated to 2 %."""
     rows, truth = (t.iloc[3:] for t in two)
     assert (rows["knot_count"] == truth["knot_count"]).all()
-    np.testing.assert_allclose(rows["diameter_px"], truth["diameter_px"], atol=0.35)
-    np.testing.assert_allclose(rows["pitch_px"], truth["pitch_px"], rtol=0.025)
+    np.testing.assert_allclose(rows["diameter_px"], truth["diameter_px"], atol=0.15)
+    off = (rows["pitch_px"] - truth["pitch_px"]).abs().to_numpy()
+    assert off[0] < 0.005 * truth["pitch_px"].iloc[0]
+    assert off[1] < min(2.0 * rows["pitch_px_sd"].iloc[1], 0.04 * truth["pitch_px"].iloc[1])
     np.testing.assert_allclose(rows["coil_amplitude_mm"], truth["coil_amplitude_mm"], rtol=0.05)
     # Knots included: what they hold is read from their coils.
     np.testing.assert_allclose(rows["turns_seen"], rows["turns"], rtol=0.03)

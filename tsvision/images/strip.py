@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from tsvision.images.turned import turned
+
 
 @dataclass(frozen=True)
 class Axis:
@@ -97,6 +99,8 @@ def cut_strip(
     if axis.is_straight:
         origin = axis.at(np.array(s0))
         u = axis.tangent(np.array(s0))
+        if picture.ndim == 2 and (level := turned(picture, origin, u, count, half_px)) is not None:
+            return Strip(level, s0, half_px)
         normal = np.array([-u[1], u[0]])
         corner = origin - half_px * normal
         matrix = np.array([[u[0], normal[0], corner[0]], [u[1], normal[1], corner[1]]])
