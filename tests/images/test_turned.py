@@ -31,7 +31,7 @@ def test_every_sample_is_the_picture_s_own_light(quarter: int, off: float) -> No
     strip = turned(waves(x, y).astype(np.float32), origin, u, COUNT, HALF)
     assert strip is not None and strip.shape == (2 * HALF + 1, COUNT)
     true = waves(*places(origin, u))
-    # What the cubic leaves of a slope of 0.25 a px, up to 0.013; a 20th of a px off would be as much.
+    # What the cubic leaves of a slope of 0.25 a px: 0.015. A 16th of a px off would be as much.
     assert np.abs(strip - true).max() < 0.02
     assert abs(float((strip - true).mean())) < 1e-3
 

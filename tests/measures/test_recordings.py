@@ -20,7 +20,7 @@ from synth.recording import write_recording
 from synth.settings import Strings
 from tsvision.images.frames import open_recording
 from tsvision.measures import frame
-from tsvision.measures.recording import measure_frames
+from tsvision.measures.recording import Measurer, measure_frames
 from tsvision.rig import load_rig
 from tsvision.timeline.account import account
 
@@ -159,6 +159,24 @@ def test_a_connector_beyond_the_view(hidden: float, tmp_path: Path) -> None:
     else:
         assert np.abs(cut["turns_seen"] - truth["turns"].abs()).max() < 0.3
         assert (cut["turns_seen_sd"] > rows["turns_seen_sd"]).all()
+
+
+@pytest.mark.parametrize(("look", "colour"), [("bright_on_dark", False), ("two_coloured", True)])
+def test_colour_is_decoded_where_it_tells(
+    look: str, colour: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of strings that luma shows nothing but luma is decoded, once the looks are learnt."""
+    changes = SIZE | {"sensor.grey": False}
+    settings = make_settings((8.0, 12.0), look=look, strings=Strings(count=2), changes=changes)
+    write_recording(tmp_path / "film", settings)
+    pictures = []
+    measure = Measurer.measure
+    monkeypatch.setattr(
+        Measurer, "measure", lambda self, f, turns: (pictures.append(f), measure(self, f, turns))[1]
+    )
+    rows, _ = measured(tmp_path / "film")
+    assert [frame.pixels.ndim for frame in pictures] == [3 if colour else 2] * 2
+    assert rows["diameter_px"].notna().all()
 
 
 def test_a_limb_that_sends_no_light_is_placed_by_the_outline(tmp_path: Path) -> None:

@@ -53,8 +53,12 @@ def project(linear: np.ndarray, weights: np.ndarray) -> np.ndarray:
 def linear_signal(
     pixels: np.ndarray, weights: np.ndarray, gamma: float = float("nan")
 ) -> np.ndarray:
-    """`project` of `to_linear`, (H, W) float32. Of 8-bit colour without the picture in between:
-    three numbers a pixel take longer to write and to read again than to look up."""
+    """`project` of `to_linear`, (H, W) float32. Luma is taken as files store it, in full: mixed
+    anew from channels it would have the edges of chroma, which JPEG and video store at half the
+    resolution. Of 8-bit colour without the picture in between: three numbers a pixel take longer to
+    write and to read again than to look up."""
+    if pixels.ndim == 3 and np.array_equal(weights, LUMA_BGR):
+        pixels = cv2.cvtColor(np.ascontiguousarray(pixels), cv2.COLOR_BGR2GRAY)
     if pixels.ndim == 2 or pixels.dtype != np.uint8:
         return project(to_linear(np.ascontiguousarray(pixels), gamma), weights)
     light = _decode_table(256, gamma)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsvision.flags import Flag, flags_to_text
+from tsvision.images.contrast import told_by_colour
 from tsvision.images.frames import iter_frames
 from tsvision.measures.alone import explained
 from tsvision.measures.bowed import Bowed, learn_bowed, measure_bowed
@@ -59,6 +60,14 @@ class Measurer:
             if self.looks is not None:
                 self.bowed = None
 
+    @property
+    def needs_colour(self) -> bool:
+        """Whether the strings are told by their colour: else luma alone, as files store it, is
+        decoded in half the time."""
+        if self.bowed is not None or self.looks is None:
+            return True
+        return told_by_colour(self.looks.sight.weights, self.looks.sight.by_distance)
+
     def measure(self, frame: Frame, turns: float = float("nan")) -> FrameResult:
         """One frame; never raises on what the picture shows."""
         if frame.pixels is None:
@@ -86,7 +95,7 @@ def measure_frames(
     """One FrameResult a frame, in order; `start`/`stop` cut a chunk (looks: whole recording)."""
     measurer = Measurer(recording.rig, settings)
     measurer.prime(sample_pictures(recording, settings.sampled_frames))
-    for frame in iter_frames(recording, start, stop):
+    for frame in iter_frames(recording, start, stop, color=measurer.needs_colour):
         i = frame.index
         result = measurer.measure(frame, float(recording.turns[i]))
         row = replace(
