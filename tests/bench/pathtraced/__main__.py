@@ -18,15 +18,22 @@ def main() -> None:
                         help="check the edges in rendered pictures (backlit ones)")  # fmt: skip
     parser.add_argument("--tables-only", action="store_true", help="with --render: no pictures")
     parser.add_argument("--vary", type=int, default=0, metavar="K", help="draw anew, K-th time")
+    parser.add_argument("--wild", nargs="+", type=int, metavar="K", default=[],
+                        help="render recordings in which everything is drawn at once")  # fmt: skip
     parser.add_argument("--out", type=Path, default=Path("pathtraced"))
     args = parser.parse_args()
-    if args.list or not (args.render or args.verify or args.pictures):
+    if args.list or not (args.render or args.verify or args.pictures or args.wild):
         for spec in SPECS.values():
             print(f"{spec.name:18} N={spec.count} {len(spec.turns):2} frames  {spec.what}")
     for name in SPECS if args.render == ["all"] else args.render:
         from .recording import write
 
         print(write(chosen(name, args.vary, parser), args.out, not args.tables_only))
+    for number in args.wild:
+        from .recording import write
+        from .wild import wild
+
+        print(write(wild(number), args.out, not args.tables_only))
     for name in SPECS if args.verify == ["all"] else args.verify:
         from .verify import verify
 

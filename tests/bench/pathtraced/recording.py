@@ -38,6 +38,7 @@ class Spec:
     knots: tuple[Knot, ...] = ()
     motion_step_px: float = 0.0
     equal_luma: bool = False
+    exposed_to: float | None = None  # share of full well that the brightest hundredth reaches
     seed: int = 1
     spp: int = 16
 
@@ -128,7 +129,11 @@ def render(spec: Spec, paths: list[Path]) -> None:
     for i, (path, turns) in enumerate(zip(paths, spec.turns, strict=True)):
         scene = build_scene(mi, build(state_at(spec, turns)), spec.camera, look, spec.seed)
         rng = np.random.default_rng([spec.seed, i])
-        picture = develop(trace(mi, scene, spec.spp, i), film_at(spec, i), rng)
+        light = trace(mi, scene, spec.spp, i)
+        if spec.exposed_to is not None and not i:
+            exposure = spec.exposed_to / float(np.percentile(light, 99.0))
+            spec = replace(spec, film=replace(spec.film, exposure=exposure))
+        picture = develop(light, film_at(spec, i), rng)
         cv2.imwrite(str(path), picture, [cv2.IMWRITE_JPEG_QUALITY, jpeg] if jpeg else [])
         print(f"{path.name}: {turns:g} turns", file=sys.stderr, flush=True)
 
