@@ -249,6 +249,26 @@ def test_strands_whose_mixture_is_grey_are_told_by_hue(grey: float, by_hue: bool
     assert np.array_equal(weights, LUMA_BGR) != by_hue
 
 
+def test_a_strand_of_the_ground_s_own_hue_does_not_vanish() -> None:
+    """Red beside white on grey: what is white lies along the ground's colour, as its shadows do,
+    and a bundle of both was measured on its red strand."""
+    g = np.random.default_rng(3)
+    red, white, grey = (0.17, 0.16, 0.95), (0.9, 0.9, 0.9), (0.21, 0.21, 0.21)
+
+    def seen(colour: tuple[float, float, float], count: int) -> np.ndarray:
+        light = g.uniform(0.8, 1.0, (count, 1))
+        return light * np.array(colour) + 0.003 * g.standard_normal((count, 3))
+
+    ground = seen(grey, 2000)
+    blends = seen((0.45, 0.45, 0.93), 150)
+    assert np.array_equal(
+        _shadowless(np.concatenate([seen(red, 550), seen(white, 300), blends]), ground), LUMA_BGR
+    )
+    assert not np.array_equal(
+        _shadowless(np.concatenate([seen(red, 900), blends]), ground), LUMA_BGR
+    )
+
+
 def few_turns(apex: float) -> np.ndarray:
     """One picture of two strands, 8 px thick, that come from 80 px apart on the left, meet at a
     share `apex` of the way along the axis of `bundle_film`, and turn once and a half behind it."""

@@ -28,7 +28,7 @@ from tsvision.measures.silhouette import (
     Section,
     model_edges,
 )
-from tsvision.measures.weigh import POOR, noise_cost
+from tsvision.measures.weigh import PLAINLY, POOR, noise_cost
 
 DIAMETER_PX = 30.0
 NAN = float("nan")
@@ -113,7 +113,7 @@ def test_no_coil_is_sought_in_noise(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bundle, "coils_of", lambda *a: sought.append(a) or [])
     section = pair_core(2)
     straight = fit_window(straight_in_noise(0.5), section, 0.0, 240.0, DIAMETER_PX, NAN)
-    assert straight is not None and straight.fit.cost > bundle.PLAINLY_STRAIGHT and not sought
+    assert straight is not None and straight.fit.cost > PLAINLY and not sought
     # a coil by twice as much as the noise is, still too small to swing
     fit_window(straight_in_noise(0.5, 1.0), section, 0.0, 240.0, DIAMETER_PX, NAN)
     assert sought

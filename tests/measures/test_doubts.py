@@ -10,9 +10,12 @@ import pytest
 from tests.measures.pictures import measure, picture
 from tsvision.images.strip import straight_axis
 from tsvision.measures import frame
-from tsvision.measures.doubts import clipped, knots_unsure
-from tsvision.measures.helix import Edges
-from tsvision.records import KnotSighting
+from tsvision.measures.bundle import BundleFit
+from tsvision.measures.doubts import clipped, knots_unsure, less_sure_of_pitch
+from tsvision.measures.helix import Edges, HelixFit
+from tsvision.measures.section import pair_core
+from tsvision.measures.silhouette import KC, RC, RHO, K
+from tsvision.records import FrameRow, KnotSighting
 
 D = 30.0
 SHAPE = (400, 600, 3)
@@ -69,6 +72,44 @@ def test_a_knot_just_above_the_limits_is_unsure() -> None:
     assert knots_unsure((replace(knot, confidence=1.0), knot))
     assert not knots_unsure((replace(knot, confidence=0.99),))
     assert not knots_unsure(())
+
+
+def test_a_coil_whose_turns_disagree_is_less_sure_of_its_pitch() -> None:
+    """By as much as they do; of a straight bundle that fits the motor's count is wrong, or slips."""
+    row = FrameRow(
+        frame=0,
+        file="f.png",
+        turns=20.0,
+        turn_budget_error=6.0,
+        pitch_px=50.0,
+        pitch_px_sd=1.0,
+        helix_angle_rad=0.8,
+        helix_angle_rad_sd=0.01,
+    )
+    p = np.zeros(9)
+    p[[RHO, K, RC, KC]] = 7.0, 0.1, 5.0, 0.07
+    coil = BundleFit(
+        HelixFit(p, np.zeros((9, 9)), 0.1, 0.1, 100, pair_core(2), (0.0, 100.0)), 0.0, 100.0
+    )
+    less = less_sure_of_pitch(row, coil)
+    assert less.pitch_px_sd == pytest.approx(np.hypot(1.0, 0.3 * 50.0))
+    assert less.helix_angle_rad_sd == pytest.approx(0.3 * np.sin(0.8) * np.cos(0.8), rel=0.01)
+    p = p.copy()
+    p[RC] = 0.0
+    straight = replace(coil, fit=replace(coil.fit, p=p))
+    assert less_sure_of_pitch(row, straight) == row
+    assert less_sure_of_pitch(row, None) == row
+
+
+def test_less_than_a_lobe_tells_no_diameter(monkeypatch: pytest.MonkeyPatch) -> None:
+    """0.2 of a pitch in a close-up at two turns was told 73 +- 2 px wide where 61 were true."""
+    pixels = picture()
+    whole = measure(pixels)
+    assert whole.diameter_px > 0.0
+    monkeypatch.setattr(BundleFit, "lobes_seen", 0.9)
+    part = measure(pixels)
+    assert np.isnan([part.diameter_px, part.diameter_px_sd, part.pitch_px]).all()
+    assert {"FEW_LOBES", "NO_PITCH"} <= set(part.flags.split("|"))
 
 
 def test_a_pitch_that_may_as_well_be_none_is_not_given(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,12 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
 from tsvision.measures.band import Band
 from tsvision.measures.branches import best_branch
 from tsvision.measures.helix import Edges, fit_helix, with_relief
 from tsvision.measures.relief import explained, scan_relief
+from tsvision.measures.search import search_straight
 from tsvision.measures.section import pair_core
 from tsvision.measures.silhouette import FREE_COILED, KC, PHI, PHIC, RC, RHO, K, model_edges
 from tsvision.measures.weigh import weighed
@@ -135,3 +136,27 @@ def test_light_leads_back_from_a_lobe_too_few_or_too_many(more: int) -> None:
     # Against the light the motor alone decides between two fits as good as each other.
     dark = with_relief(replace(edges, light=0.0 * picture), wrong)
     assert weighed(dark, float("nan")) == pytest.approx(wrong.cost, rel=1e-6)
+
+
+def test_light_tells_strands_whose_lobes_are_levelled() -> None:
+    """Blur, shake and coding leave a part of the lobes of a thin bundle and ripples of their own.
+    The outline alone finds the strands in nine of twelve such, with the light inside in all."""
+    p, section = coil(2), pair_core(2)
+    p[RC] = p[KC] = p[PHIC] = 0.0
+    p[K] = 0.26
+    outline = np.array(model_edges(p, section, -0.5 * (COLUMNS - 1), COLUMNS))
+    lobes = outline - outline.mean(axis=1, keepdims=True)
+    picture = lit(p, 2, LIGHTS["from the side"], 1)
+    found = []
+    for seed in range(12):
+        noise = np.random.default_rng(seed).standard_normal(outline.shape)
+        ripples = gaussian_filter1d(noise, 2.0, axis=1)
+        upper, lower = outline - 0.6 * lobes + 0.8 * ripples / ripples.std()
+        dark = Edges(np.arange(float(COLUMNS)), upper, lower, *np.ones((2, COLUMNS)))
+        both = [
+            search_straight(seen, section, 20.0, Band(0.1, 0.7, 0.26), 0.5)
+            for seen in (dark, replace(dark, light=picture))
+        ]
+        found.append([fit is not None and abs(fit.p[K] / 0.26 - 1.0) < 0.03 for fit in both])
+    without, with_light = np.sum(found, axis=0)
+    assert without <= 10 and with_light == 12

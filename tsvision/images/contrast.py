@@ -16,6 +16,10 @@ SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are o
 # yellow and blue make grey, and more so in the blur of thin strands.
 MIXED = 35.0
 ACROSS = 0.4  # of the ground's light: how far strings stand out across its colour, to rely on it
+# Strands of the ground's own hue, white on grey or black, stand out along its colour alone: by so
+# many times its light, which no mixture of hues does, or darker than a shadow leaves it; and the
+# share of the samples on strings that may.
+BRIGHTER, DARKER, OF_ITS_HUE = 2.0, 0.8, 0.15
 DIM = 0.4  # of the core's light: a limb's
 ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
 # With few turns the axis runs between legs most of the way: what shows half of what the strongest
@@ -89,10 +93,13 @@ def _shadowless(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
     ground = np.median(outer, axis=0)
     unit = ground / max(float(np.linalg.norm(ground)), 1e-9)
     away = inner - ground
-    across = np.linalg.norm(away - (away @ unit)[:, None] * unit, axis=1)
+    away = away[np.linalg.norm(away, axis=1) > 0.3 * np.linalg.norm(away, axis=1).max()]
+    along, light = away @ unit, float(np.linalg.norm(ground))
+    across = np.linalg.norm(away - along[:, None] * unit, axis=1)
     noise = np.median(np.linalg.norm(outer - (outer @ unit)[:, None] * unit, axis=1))
-    strings = across[np.linalg.norm(away, axis=1) > 0.3 * np.linalg.norm(away, axis=1).max()]
-    enough = np.percentile(strings, MIXED) > max(ACROSS * np.linalg.norm(ground), 5.0 * noise)
+    least = max(ACROSS * light, 5.0 * noise)
+    of_its_hue = (across < least) & ((along > BRIGHTER * light) | (along < -DARKER * light))
+    enough = np.percentile(across, MIXED) > least and of_its_hue.mean() < OF_ITS_HUE
     return unit.astype(np.float32) if enough else LUMA_BGR
 
 

@@ -20,7 +20,7 @@ from tsvision.measures.search import (
 )
 from tsvision.measures.silhouette import KC, K, Section
 from tsvision.measures.sums import deviation
-from tsvision.measures.weigh import believed, doubt, told_by_noise, weighed
+from tsvision.measures.weigh import PLAINLY, believed, doubt, is_plain, weighed
 
 NAN = float("nan")
 SCALE_PX = 0.5  # residual at which an edge point begins to count less
@@ -29,7 +29,6 @@ SWINGS_WIDELY = 0.08  # ... and from which nothing else is
 SWINGS_ON = 1.15  # by what factor it must grow for a coil to be sought again where none was found
 LED_ON = 1.1  # times the cost of the frame before that a straight fit led on by the motor may have
 POOR_FRAMES = 5  # for which a poor fit is carried on before all is searched again
-PLAINLY_STRAIGHT = 0.2  # cost of a straight fit below which no coil is tried
 COIL_PAYS = 0.85  # share of a straight fit's cost that a coiled one must stay below, ...
 IN_STEP_PAYS = 0.4  # ... and where its coils go with the strands' lobes
 # Slope of an outline that coils at which an edge counts half. Small errors along s are large ones
@@ -54,6 +53,11 @@ class BundleFit:
     @property
     def middle_px(self) -> float:
         return 0.5 * (self.s_low_px + self.s_high_px)
+
+    @property
+    def lobes_seen(self) -> float:
+        """Lobes of the strands that either edge shows in the stretch."""
+        return (self.s_high_px - self.s_low_px) / self.fit.pitch_px * self.fit.section.lobes
 
 
 def usable(edges: Edges) -> bool:
@@ -156,7 +160,7 @@ def _searched(
         for variant in variants:
             straight = search_straight(part, variant, diameter_px, band, scale_px)
             best = _choose(best, straight, expected_rate)
-    if not coil or (swing < SWINGS and best is not None and _is_plain(part, best, scale_px)):
+    if not coil or (swing < SWINGS and best is not None and is_plain(part, best, scale_px)):
         return best
     for coils in coils_of(part, diameter_px):
         bands = [full_band(part, diameter_px, expected_rate, c) for c in coils]
@@ -172,11 +176,6 @@ def _searched(
         if best is not None and best.coiled and (settled is not None or believed(best)):
             break
     return best
-
-
-def _is_plain(part: Edges, fit: HelixFit, scale_px: float) -> bool:
-    """Whether a fit leaves nothing that a coil could explain."""
-    return fit.cost < PLAINLY_STRAIGHT or told_by_noise(part, fit, scale_px)
 
 
 def _carried_on(
@@ -205,11 +204,12 @@ def _holds(warm: HelixFit | None, before: BundleFit | None) -> bool:
     """Whether a fit carried over from the frame before is good, and as good as that one was."""
     if warm is None or before is None:
         return False
-    if 1.0 - warm.relief > 1.3 * (1.0 - before.fit.relief) + 0.1:
+    plain = not warm.coiled and warm.cost < PLAINLY  # what it explains inside was not looked at
+    if not plain and 1.0 - warm.relief > 1.3 * (1.0 - before.fit.relief) + 0.1:
         return False
     if believed(warm):
         # Where a search would leave it at what is plainly straight, a worse fit may stay.
-        factor = 2.0 if not warm.coiled and warm.cost < PLAINLY_STRAIGHT else 1.3
+        factor = 2.0 if plain else 1.3
         return warm.cost < factor * before.fit.cost + 0.03
     # No good fit, but as good as the last full search's: that is not repeated every frame.
     return before.carried < POOR_FRAMES and warm.cost < 1.05 * before.fit.cost
@@ -238,6 +238,9 @@ def _choose(a: HelixFit | None, b: HelixFit | None, expected_rate: float) -> Hel
     if a is None or b is None:
         return a if b is None else b
     if a.coiled == b.coiled:
+        if not (a.relief and b.relief):  # of a plain one the light inside was not asked
+            a_cost, b_cost = (f.cost * doubt(f.p, expected_rate) for f in (a, b))
+            return a if a_cost <= b_cost else b
         return a if weighed(a, expected_rate) <= weighed(b, expected_rate) else b
     straight, coiled = (b, a) if a.coiled else (a, b)
     cost, cost_coiled = (f.cost * doubt(f.p, expected_rate) for f in (straight, coiled))

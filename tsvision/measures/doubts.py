@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numba
 import numpy as np
 
@@ -32,6 +34,23 @@ def turns_disagree(row: FrameRow, near: BundleFit | None) -> bool:
         return True
     allowed = max(LOST_TURNS, LOST_SHARE * abs(row.turns), 3.0 * row.turns_seen_sd)
     return bool(abs(row.turn_budget_error) > allowed)
+
+
+def less_sure_of_pitch(row: FrameRow, near: BundleFit | None) -> FrameRow:
+    """The row of a coil whose turns disagree with the motor's, less sure of its pitch, and of what
+    follows from that, by as much: the outline of a coil repeats itself, and strands that turn more
+    or less about it show nearly the same. Those of a straight bundle that fits do not."""
+    off = abs(row.turn_budget_error / row.turns) if row.turns else float("nan")
+    if near is None or not near.fit.coiled or not np.isfinite(off):
+        return row
+    beta, lay = row.helix_angle_rad, row.lay_angle_rad
+    return replace(
+        row,
+        pitch_px_sd=float(np.hypot(row.pitch_px_sd, off * row.pitch_px)),
+        pitch_mm_sd=float(np.hypot(row.pitch_mm_sd, off * row.pitch_mm)),
+        helix_angle_rad_sd=float(np.hypot(row.helix_angle_rad_sd, 0.5 * np.sin(2 * beta) * off)),
+        lay_angle_rad_sd=float(np.hypot(row.lay_angle_rad_sd, 0.5 * np.sin(2 * lay) * off)),
+    )
 
 
 def knots_unsure(knots: tuple[KnotSighting, ...]) -> bool:

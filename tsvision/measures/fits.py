@@ -17,6 +17,7 @@ NAN = float("nan")
 SHOWN_TURNS = 2.0  # of the strands, that a straight fit beside the separator spans
 TRIED = 3  # stretches from the separator on, until one can be fitted at all
 LEAST_TURNS = 0.9  # that tell pitch and width apart
+ALIKE = 1.15  # ratio of two pitches of one bundle, at most
 POOR = 0.3  # cost of a straight fit above which others are tried
 
 
@@ -108,9 +109,18 @@ def fit_bundle(
         centre = float(np.clip(middle, low + span, max(high - span, low + span)))
         low, high = max(low, centre - span), min(high, centre + span)
         mid = fit_window(edges, looks.section, low, high, d, rate, mid_before or near)
-    if near is not None and mid is not None and mid.fit.coiled and unsure(near.fit):
-        near = as_elsewhere(edges, near, mid)
+    if near is not None and mid is not None and mid.fit.coiled:
+        if unsure(near.fit) or _contradict(near, mid):
+            near = as_elsewhere(edges, near, mid)
+        if near.fit.coiled and _contradict(near, mid):
+            mid = as_elsewhere(edges, mid, near)
     return near, mid
+
+
+def _contradict(near: BundleFit, mid: BundleFit) -> bool:
+    """Whether two stretches of a coil would be twisted differently: one is another branch."""
+    ratio = near.fit.pitch_px / mid.fit.pitch_px
+    return near.fit.coiled and not 1.0 / ALIKE < ratio < ALIKE
 
 
 def _is_poor(edges: Edges, near: BundleFit) -> bool:

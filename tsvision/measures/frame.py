@@ -16,7 +16,13 @@ from tsvision.measures.blur import shading_of
 from tsvision.measures.budgets import add_budgets, connector_px
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.cut import Cut, cut_frame, find_edges
-from tsvision.measures.doubts import clipped, edges_poor, knots_unsure, turns_disagree
+from tsvision.measures.doubts import (
+    clipped,
+    edges_poor,
+    knots_unsure,
+    less_sure_of_pitch,
+    turns_disagree,
+)
 from tsvision.measures.fits import apex_of, fit_bundle, within_zone
 from tsvision.measures.handedness import handedness_of, slope_between
 from tsvision.measures.helix import Edges
@@ -90,6 +96,7 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         flags |= Flag.EDGE_POOR
     if turns_disagree(row, near):
         flags |= Flag.TURNS_DISAGREE
+        row = less_sure_of_pitch(row, near)
     if not np.isfinite(meet_px):
         flags |= Flag.NO_APEX
     if knots_unsure(outlined.knots):
@@ -171,6 +178,9 @@ def _bundle_values(
     looks: Looks,
 ) -> tuple[FrameRow, Flag]:
     scale = looks.scale.mm_per_px
+    if near is not None and near.lobes_seen < 1.0:
+        # Less than one swell of the outline is that of many bundles, thick and thin.
+        return row, flags | Flag.FEW_LOBES | Flag.NO_PITCH
     if near is None or not _tells(near, looks):
         flags |= Flag.ENVELOPE_ONLY | Flag.NO_PITCH
         width = width_between_knots(edges, looks.diameter_px)

@@ -33,16 +33,16 @@ from tsvision.measures.silhouette import (
     silhouette,
 )
 from tsvision.measures.spectrum import spectrum
-from tsvision.measures.weigh import POOR, doubt, weighed
+from tsvision.measures.weigh import POOR, doubt, is_plain, weighed
 
 # Turn by which neighbouring rates differ at the ends of a window, rad, and phases tried over one
 # repeat of the section: two strands make two lobes a turn, more make four.
 STEP_RAD, PHASES = {2: 0.7, 4: 0.45}, {2: 5, 4: 8}
 VALLEYS = 6  # of the scan, fitted for a few steps
 WIDTH_IN_DOUBT = 0.08
-# Other descents than the best that are fitted in full, and times its cost that they may have: of
-# straight bundles, and of coils, between which the light inside decides.
-OTHERS, LIKELY = {False: 1, True: 3}, {False: 1.3, True: 1.6}
+# Other descents than the best that are fitted in full, and times its cost that they may have: where
+# a straight bundle fits well (True), and elsewhere, where the light inside decides between them.
+OTHERS, LIKELY = {True: 1, False: 3}, {True: 1.3, False: 1.6}
 ALIKE_RAD = 0.15  # phases within which two descents are one
 COILS = 2  # peaks of the centre line's spectrum tried as coiling rates
 
@@ -69,10 +69,11 @@ def straight_at(
     base = small.down(whole)
     phases, costs = _scanned(small.edges, section, base, np.array([rate * small.factor]))
     deep = np.sort(costs[0][_deep(costs)[0]])
-    if deep.size > 1 and deep[1] < LIKELY[False] * deep[0] + 0.01:
+    if deep.size > 1 and deep[1] < LIKELY[True] * deep[0] + 0.01:
         return None
     base[K], base[PHI] = rate * small.factor, _lowest(phases, costs[0])
-    return fit_helix(edges, section, small.up(base), FREE_STRAIGHT, scale_px)
+    fit = fit_helix(edges, section, small.up(base), FREE_STRAIGHT, scale_px)
+    return fit if is_plain(edges, fit, scale_px) else with_relief(edges, fit)
 
 
 def search_coiled(
@@ -222,7 +223,7 @@ def _search(
     best: HelixFit | None = None
     # What is no good fit after the deepest valleys may have missed its own.
     for some in (starts[:VALLEYS], starts[VALLEYS : 3 * VALLEYS]):
-        if best is not None and best.cost < POOR:
+        if not some or (best is not None and best.cost < POOR):
             break
         tried = [
             descend(coarse, section, p, free, 2.0 * scale_px / factor, iterations=5)
@@ -231,12 +232,16 @@ def _search(
         tried = [(p, cost * doubt(p, expected * factor)) for p, cost in tried]
         tried.sort(key=lambda found: found[1])
         # Two valleys that are nearly as deep at reduced size may change places at full size.
-        deep = [p for p, cost in tried if cost < LIKELY[coiled] * tried[0][1] + 0.01]
-        other = [p for p in deep[1:] if not _same(deep[0], p, section, half)]
-        for p in [*deep[:1], *other[: OTHERS[coiled]]]:
-            fit = fit_helix(edges, section, small.up(p), free, scale_px)
-            if coiled:
-                fit = with_relief(edges, fit)
+        first = fit_helix(edges, section, small.up(tried[0][0]), free, scale_px)
+        plain = not coiled and is_plain(edges, first, scale_px)
+        deep = [p for p, cost in tried if cost < LIKELY[plain] * tried[0][1] + 0.01]
+        other = [p for p in deep[1:] if not _same(deep[0], p, section, half)][: OTHERS[plain]]
+        fits = [first, *(fit_helix(edges, section, small.up(p), free, scale_px) for p in other)]
+        # Where the outline alone does not tell: lobes that blur and coding have all but levelled
+        # fit at the half of their pitch, too.
+        if not plain:
+            fits = [with_relief(edges, fit) for fit in fits]
+        for fit in fits:
             if best is None or weighed(fit, expected) < weighed(best, expected):
                 best = fit
     return best

@@ -10,12 +10,18 @@ from tsvision.measures.silhouette import KC, RC, K
 POOR = 0.45  # cost above which a fit is not believed without having looked further, ...
 PLAIN = 0.12  # ... unless so little of it is left by what it explains of the light inside
 
+PLAINLY = 0.2  # cost below which a fit leaves nothing to look into
 BEYOND_NOISE = 0.12  # of cost that a right fit may have besides what the edges' noise costs
 
 
 def told_by_noise(edges: Edges, fit: HelixFit, scale_px: float) -> bool:
     """Whether noise alone explains what a fit leaves of its edges: nothing else is to be sought."""
     return fit.cost < noise_cost(edges, scale_px) + BEYOND_NOISE
+
+
+def is_plain(edges: Edges, fit: HelixFit, scale_px: float) -> bool:
+    """Whether a fit leaves nothing of its edges that a coil, or other strands, could explain."""
+    return fit.cost < PLAINLY or told_by_noise(edges, fit, scale_px)
 
 
 def noise_cost(edges: Edges, scale_px: float) -> float:
