@@ -75,7 +75,7 @@ def test_a_knot_just_above_the_limits_is_unsure() -> None:
 
 
 def test_a_coil_whose_turns_disagree_is_less_sure_of_its_pitch() -> None:
-    """By as much as they do; of a straight bundle that fits it is the motor's count that is wrong."""
+    """By as much as they do; of a straight bundle that fits the motor's count is wrong."""
     row = FrameRow(
         frame=0,
         file="f.png",
