@@ -58,6 +58,10 @@ PLIED = [
     Case("005 right, whole panel", _PLIED.format("005"), None, (592, 0, 432, 768), "Z"),
     Case("005 right, single yarn", _PLIED.format("005"), None, (880, 480, 130, 280), "S"),
     Case("005 right, no ground", _PLIED.format("005"), None, (880, 230, 70, 250), "Z"),
+    Case("006 right", _PLIED.format("006"), None, (600, 0, 424, 768), "Z"),
+    Case("007 right", _PLIED.format("007"), None, (590, 0, 434, 700), "Z"),
+    Case("008 right", _PLIED.format("008"), None, (590, 20, 434, 680)),
+    Case("009 upper", _PLIED.format("009"), None, (0, 150, 1024, 160), "S", 36.0),
 ]
 
 

@@ -30,7 +30,7 @@ def mask_level(contrast: np.ndarray, inner_px: float) -> float:
     may keep a tenth of the core's contrast, and above what the ground itself varies by."""
     half = contrast.shape[0] // 2
     outside = np.flatnonzero(np.abs(np.arange(-half, half + 1)) > inner_px)
-    ground = contrast[outside[::4], ::6]
+    ground = contrast[outside[::3], ::4]
     ground = ground[np.isfinite(ground)]
     if ground.size == 0:
         return MASK_LEVEL
