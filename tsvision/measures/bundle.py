@@ -191,7 +191,7 @@ def _carried_on(
     if not fit.coiled and expected_rate > 0.0:
         led = straight_at(part, section, diameter, moved, scale_px)
         if led is not None and led.cost < LED_ON * fit.cost + 0.01:
-            return led
+            return replace(led, relief=fit.relief)  # the same strands, under the same light
     margin = 0.04 * abs(rate) + 0.2 / max(float(np.ptp(part.s_px)), 1.0)
     band = Band(min(rate, moved) - margin, max(rate, moved) + margin, expected_rate)
     if not fit.coiled:

@@ -72,8 +72,7 @@ def straight_at(
     if deep.size > 1 and deep[1] < LIKELY[True] * deep[0] + 0.01:
         return None
     base[K], base[PHI] = rate * small.factor, _lowest(phases, costs[0])
-    fit = fit_helix(edges, section, small.up(base), FREE_STRAIGHT, scale_px)
-    return fit if is_plain(edges, fit, scale_px) else with_relief(edges, fit)
+    return fit_helix(edges, section, small.up(base), FREE_STRAIGHT, scale_px)
 
 
 def search_coiled(
