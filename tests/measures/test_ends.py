@@ -96,7 +96,7 @@ def test_a_clear_end_outweighs_a_scale_that_is_a_little_off() -> None:
     """Both edges of the plate's block and, dimly, a spot on the way: 3 % short of L by the scale
     lie the front edge and the face, 2 % beyond it the back edge and the spot."""
     faces = {879.0: 13.2, 871.0: 9.8, 847.0: 3.3, 860.0: 4.4}
-    assert _pair([83.5, 153.5], faces, 748.8) == (153.5, 879.0)
+    assert _pair([83.5, 153.5], faces, 748.8, NAN) == (153.5, 879.0)
 
 
 def test_burnt_out_metal_is_no_clearer_an_end_than_a_glittering_spigot() -> None:
@@ -110,8 +110,15 @@ def test_burnt_out_metal_is_no_clearer_an_end_than_a_glittering_spigot() -> None
     strips[:, :, body:] = 1.0
     found = _ends_of_motion(strips, 500.0, 20.0)
     assert any(abs(s - body) < 4 for s in found)
-    plate, connector = _pair([20.0], found, 988.0)
+    plate, connector = _pair([20.0], found, 988.0, NAN)
     assert plate == 20.0 and connector == pytest.approx(spigot, abs=4)
+
+
+def test_what_lies_close_behind_the_apex_is_no_connector() -> None:
+    """The plate out of view, the legs in view: motion ends where the picture does."""
+    assert np.isnan(_pair([], {600.0: 1.0}, 2600.0, 250.0)[1])
+    assert _pair([], {2400.0: 1.0}, 2600.0, 250.0)[1] == 2400.0
+    assert _pair([], {600.0: 1.0}, 2600.0, NAN)[1] == 600.0
 
 
 def test_a_plate_seen_aside_lies_between_its_edges() -> None:

@@ -80,12 +80,20 @@ def find_ends(
         connectors = {}
     if np.isfinite(sight.connector_px):
         connectors.setdefault(sight.connector_px * factor, 1.0)
-    plate, connector = _pair(plates, connectors, zone)
+    plate, connector = _pair(plates, connectors, zone, _nearest_apex(cuts) * factor)
     told = _by_length(connector, plate + zone, NEAR_SHARE * zone, axis.length_px)
     return Ends(told / factor, plate / factor, told == connector)
 
 
-def _pair(plates: list[float], connectors: dict[float, float], zone: float) -> tuple[float, float]:
+def _nearest_apex(cuts: list[Cut]) -> float:
+    """s where the legs meet in the frame where they do so nearest to the separator; NaN: unseen."""
+    met = [c.s_px[0] + c.silhouette.apex_column for c in cuts if c.silhouette.apex_column > 3]
+    return float(min(met, default=NAN))
+
+
+def _pair(
+    plates: list[float], connectors: dict[float, float], zone: float, apex: float
+) -> tuple[float, float]:
     """Of several candidates those that lie about L apart, the clearest connector among them; the
     last plate and the first of the clear connectors where none do or L is unknown."""
     near = NEAR_SHARE * zone
@@ -101,7 +109,8 @@ def _pair(plates: list[float], connectors: dict[float, float], zone: float) -> t
     clear = [c for c in connectors if connectors[c] > CLEAR * max(connectors.values())]
     plate, connector = plates[-1] if plates else NAN, min(clear, default=NAN)
     # A close-up holds the plate and never the connector: what ended the motion there is the view.
-    return plate, NAN if connector - plate < TOO_NEAR * zone else connector
+    begins = plate if np.isfinite(plate) else apex
+    return plate, NAN if connector - begins < TOO_NEAR * zone else connector
 
 
 def _light(picture: np.ndarray, factor: float, gamma: float, axis: Axis, half: int) -> np.ndarray:
