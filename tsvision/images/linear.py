@@ -15,6 +15,7 @@ import numba
 import numpy as np
 
 from tsvision.images.cloud import Cloud
+from tsvision.images.frames_picture import to_luma
 
 # BT.709 luma weights in OpenCV's channel order (blue, green, red), for linear light.
 LUMA_BGR = np.array([0.0722, 0.7152, 0.2126], dtype=np.float32)
@@ -58,7 +59,7 @@ def linear_signal(
     resolution. Of 8-bit colour without the picture in between: three numbers a pixel take longer to
     write and to read again than to look up."""
     if pixels.ndim == 3 and np.array_equal(weights, LUMA_BGR):
-        pixels = cv2.cvtColor(np.ascontiguousarray(pixels), cv2.COLOR_BGR2GRAY)
+        pixels = to_luma(np.ascontiguousarray(pixels))
     if pixels.ndim == 2 or pixels.dtype != np.uint8:
         return project(to_linear(np.ascontiguousarray(pixels), gamma), weights)
     light = _decode_table(256, gamma)

@@ -239,13 +239,17 @@ def _choose(a: HelixFit | None, b: HelixFit | None, expected_rate: float) -> Hel
         return a if b is None else b
     if a.coiled == b.coiled:
         if not (a.relief and b.relief):  # of a plain one the light inside was not asked
-            a_cost, b_cost = (f.cost * doubt(f.p, expected_rate) for f in (a, b))
-            return a if a_cost <= b_cost else b
+            return a if _by_outline(a, expected_rate) <= _by_outline(b, expected_rate) else b
         return a if weighed(a, expected_rate) <= weighed(b, expected_rate) else b
     straight, coiled = (b, a) if a.coiled else (a, b)
-    cost, cost_coiled = (f.cost * doubt(f.p, expected_rate) for f in (straight, coiled))
+    cost, cost_coiled = (_by_outline(f, expected_rate) for f in (straight, coiled))
     pays = IN_STEP_PAYS if _in_step(coiled) else COIL_PAYS
     return straight if pays * cost <= cost_coiled else coiled
+
+
+def _by_outline(fit: HelixFit, expected_rate: float) -> float:
+    """Cost of a fit as it counts by its outline and the motor alone."""
+    return fit.cost * doubt(fit.p, expected_rate)
 
 
 def _in_step(fit: HelixFit) -> bool:
