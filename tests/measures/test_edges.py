@@ -141,6 +141,28 @@ def test_what_is_told_by_hue_and_darkness_stands_out_at_a_dark_limb(
     assert sides[0].ambient == pytest.approx(black + 0.35 * 0.2, abs=0.05)
 
 
+@pytest.mark.parametrize("ground", [0.15, 0.35])
+@pytest.mark.parametrize(("rho_px", "blur_px"), [(6.0, 0.8), (6.0, 1.5), (10.0, 1.5)])
+def test_a_limb_may_be_darker_than_its_ground(rho_px: float, blur_px: float, ground: float) -> None:
+    """A lamp 40 degrees aside that leaves one limb black before a lit ground. Taken to end where it
+    falls to the ground's light, the strand is 1.3 to 2.5 px thin; now up to 0.05 px off."""
+    offsets, turn = offsets_for(rho_px), np.deg2rad(40.0)
+    body = px_tube(offsets, rho_px, blur_px, 1.0, 0.0, 0.0, 0.0)
+    b, c = 0.95 * np.cos(turn), 0.95 * np.sin(turn)
+    upper, lower = (
+        seen(
+            rho_px,
+            (1.0 + ground) * px_tube(offsets, rho_px, blur_px, 0.05, b, sign * c) - ground * body,
+            offsets,
+        )
+        for sign in (1.0, -1.0)
+    )
+    _, _, as_black = fit_shading((upper, lower), rho_px, 0.0, blur_px)
+    *sides, places = fit_shading((upper, lower), rho_px, -ground, blur_px)
+    assert abs(float(as_black.sum())) > 1.0
+    assert abs(float(places.sum())) < min(0.1, edge_model_sd_px((sides[0], sides[1])))
+
+
 @pytest.mark.parametrize("angle_deg", [0.0, 30.0, 60.0])
 @pytest.mark.parametrize("rho_px", [6.0, 15.0])
 def test_one_lamp_is_found_for_what_it_is(rho_px: float, angle_deg: float) -> None:

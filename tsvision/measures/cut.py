@@ -146,16 +146,16 @@ def _steps(contrast, rows):  # pragma: no cover - compiled
 
 def _black(values: np.ndarray, contrast: np.ndarray, n: np.ndarray, sight: Sight) -> float:
     """The contrast of a strand without light, from the strip's values (R, M) or (R, M, 3) on the
-    axis and beside it. What is darker than the ground at a limb beside bright strings is not told
-    from it: less than 0 does not count as known."""
-    if sight.sense > 0 and not told_by_colour(sight.weights, sight.by_distance):
-        return 0.0
+    axis and beside it: below 0 where the ground beside bright strands is lit. What is told by a hue
+    or by being darker does not fall below its ground."""
     channels = 1 if values.ndim == 2 else 3
     middle = np.abs(n) <= max(0.2 * sight.width_px, 1.0)
     beside = np.flatnonzero(np.abs(n) > GROUND_FROM * sight.width_px)[::6]
     strings = values[middle][contrast[middle] > 0.5].reshape(-1, channels)
     ground = np.nanmedian(values[beside].reshape(-1, channels), axis=0)
-    return max(black_contrast(strings, ground, sight.weights, sight.by_distance), 0.0)
+    black = black_contrast(strings, ground, sight.weights, sight.by_distance)
+    in_colour = told_by_colour(sight.weights, sight.by_distance)
+    return max(black, 0.0) if in_colour or sight.sense < 0 else black
 
 
 @numba.njit(cache=True, error_model="numpy")

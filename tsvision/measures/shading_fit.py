@@ -6,9 +6,16 @@ Neither is right, so that the place is the mean of both, weighed by how common e
 lamp, and the prior of spread light draws a limb with little of it inwards - and a little by how
 well it describes the profiles: the better description is as often as not the worse place. Their
 difference enters the uncertainty.
+
+A limb that no lamp reaches is as dark before a bright ground as before a black one: darker than the
+ground, then. But most limbs do get light, from the ground not least, and to let them fall below it
+costs what the profiles know of their places. Both are fitted and count by how well they describe
+the profiles.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -45,6 +52,7 @@ RIVAL = 1.5  # times the best cost
 WIDTH_PX = 0.02  # by which a width may be off
 LAMP_ODDS = 2.0  # that one lamp lights the strings, before the profiles are seen
 LAMP_POWER = 0.5  # of the two misfits' ratio: the better description counts a little more
+GROUND_LIGHT = 0.02  # of the core's contrast: a ground no brighter is as good as black
 
 
 def fit_shading(
@@ -58,12 +66,59 @@ def fit_shading(
     """Fit both sides' mean edge profiles (upper, lower) with one blur and nearly the same lamps.
 
     Signals in units of the core's contrast, > 0 inside. black: the contrast of a strand without
-    light: 0 before a black ground, more where strings are told by a hue or by being darker too,
-    above 1 before a bright ground, where light reduces the contrast. shape: what the outline's
-    shape tells of both edges' places together. grooved: whether neighbours may take light from a
-    strand: more than two strands, and no hue. Returns upper and lower shading and (2,) the true
-    edges' places on the profiles' axis (negative: outside the edge assumed).
+    light: 0 before a black ground, less where the ground beside bright strands is lit, more where
+    strings are told by a hue or by being darker, above 1 before a bright ground, where light
+    reduces the contrast. shape: what the outline's shape tells of both edges' places together.
+    grooved: whether neighbours may take light from a strand: more than two strands, and no hue.
+    Returns upper and lower shading and (2,) the true edges' places on the profiles' axis (negative:
+    outside the edge assumed).
     """
+    light = _fit_light(profiles, rho_px, max(black, 0.0), blur_start_px, shape, grooved)
+    if black < -GROUND_LIGHT:
+        unlit = _fit_light(profiles, rho_px, black, blur_start_px, shape, grooved)
+        light = _either(light, unlit)
+    system, q, width_sd = light.system, light.q, light.width_sd_px
+    told = shape.joined(float(q[1:].sum()), width_sd)
+    q, width_sd = system.fit_width(q, told.width_px), told.sd_px
+    gain = 1.0 - system.black
+    sides = []
+    for i, own in enumerate(system.solve(q)[0].reshape(2, -1)):
+        ambient, lamps = system.black + gain * float(own[0]), gain * own[1 : 1 + LAMPS_RAD.size]
+        residual = system.rms(q, i)
+        sides.append(
+            make_shading(
+                rho_px,
+                float(q[0]),
+                ambient,
+                lamps,
+                residual,
+                width_sd / np.sqrt(2.0),
+                loss=system.loss,
+            )
+        )
+    return sides[0], sides[1], q[1:]
+
+
+@dataclass(frozen=True)
+class _Light:
+    """A system solved: q (3,) = blur and both places, the width's sd, and the sum of squared
+    residuals in units of what is allowed at the limb."""
+
+    system: _System
+    q: np.ndarray
+    width_sd_px: float
+    misfit: float
+
+
+def _fit_light(
+    profiles: tuple[EdgeProfile, EdgeProfile],
+    rho_px: float,
+    black: float,
+    blur_start_px: float,
+    shape: Shape,
+    grooved: bool,
+) -> _Light:
+    """Spread light and one lamp together, for strands that show the contrast `black` without."""
     system = _System(profiles, rho_px, black)
     blur = float(np.clip(blur_start_px, 0.4, 5.5))
     # Where a lamp's light ends short of a limb that sends none, what is seen is the terminator:
@@ -92,25 +147,20 @@ def fit_shading(
         apart.append(abs(float((lamp.places_px - q[1:]).sum())))
         q = system.blur_at(q[0], q[1:] + share * (lamp.places_px - q[1:]))
     width_sd = float(np.hypot(width_sd, 0.5 * max(apart)))
-    told = shape.joined(float(q[1:].sum()), width_sd)
-    q, width_sd = system.fit_width(q, told.width_px), told.sd_px
-    light, gain = system.solve(q)[0], 1.0 - black
-    sides = []
-    for i, own in enumerate(light.reshape(2, -1)):
-        ambient, lamps = black + gain * float(own[0]), gain * own[1 : 1 + LAMPS_RAD.size]
-        residual = system.rms(q, i)
-        sides.append(
-            make_shading(
-                rho_px,
-                float(q[0]),
-                ambient,
-                lamps,
-                residual,
-                width_sd / np.sqrt(2.0),
-                loss=system.loss,
-            )
-        )
-    return sides[0], sides[1], q[1:]
+    return _Light(system, q, width_sd, system.misfit(q))
+
+
+def _either(light: _Light, unlit: _Light) -> _Light:
+    """Of limbs that reach the ground's light and no less, and of such as may fall below it, each by
+    how well it describes the profiles; what they differ by is not known."""
+    odds = light.misfit / max(unlit.misfit, 1e-12)
+    share = odds / (1.0 + odds)
+    off = unlit.q[1:] - light.q[1:]
+    between = np.sqrt(share * (1.0 - share)) * abs(float(off.sum()))
+    system = unlit.system if share > 0.5 else light.system
+    q = system.blur_at(unlit.q[0], light.q[1:] + share * off)
+    sd = (1.0 - share) * light.width_sd_px + share * unlit.width_sd_px
+    return _Light(system, q, float(np.hypot(sd, between)), system.misfit(q))
 
 
 class _System:
