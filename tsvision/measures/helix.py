@@ -417,7 +417,7 @@ def minimise(
                     improved = True
                     break
             lam *= 6.0
-        if not improved or gain < 1e-6 * cost:
+        if not improved or gain < 1e-5 * cost:
             break
     normal_out[:] = normal
     return p, cost, total
