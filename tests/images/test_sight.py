@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tsvision.images.candidates import Trial, could_cast, settle, swallows
+from tsvision.images.candidates import Trial, are_legs, could_cast, settle, swallows
 from tsvision.images.contrast import _shadowless, many_coloured
 from tsvision.images.curve import find_curve
 from tsvision.images.linear import LUMA_BGR
@@ -267,6 +267,51 @@ def test_a_strand_of_the_ground_s_own_hue_does_not_vanish() -> None:
     assert not np.array_equal(
         _shadowless(np.concatenate([seen(red, 900), blends]), ground), LUMA_BGR
     )
+
+
+def test_lines_that_mirror_each_other_about_a_third_are_its_legs() -> None:
+    """Two legs that meet on the axis of their bundle; not two that cross it in different places or
+    at different angles, and neither the bundle and a leg about the other leg."""
+
+    def line(start: float, stop: float) -> Trial:
+        axis = straight_axis(np.array([0.0, start]), np.array([400.0, stop]))
+        return Trial(axis, 20.0, 100.0, darker=False)
+
+    bundle, down, up = line(100.0, 100.0), line(100.0, 180.0), line(100.0, 20.0)
+    assert are_legs(down, up, bundle) and are_legs(up, down, bundle)
+    assert not are_legs(bundle, up, down)
+    assert not are_legs(down, line(180.0, 100.0), bundle)
+    assert not are_legs(down, line(100.0, 60.0), bundle)
+    assert not are_legs(down, replace(up, width_px=50.0), bundle)
+
+
+def close_up(turns: float) -> np.ndarray:
+    """One picture of a film of the separator: two strands of different colours whose legs, which
+    meet ever nearer to it on the axis of `bundle_film`, are mostly longer than what follows."""
+    random = np.random.default_rng(round(100 * turns))
+    rows, columns = np.mgrid[0:HEIGHT_PX, 0:WIDTH_PX].astype(float)
+    u, length = (END - START) / np.hypot(*(END - START)), float(np.hypot(*(END - START)))
+    s = (columns - START[0]) * u[0] + (rows - START[1]) * u[1]
+    n = -(columns - START[0]) * u[1] + (rows - START[1]) * u[0]
+    meet = (0.4 + 1.0 / turns) * length
+    picture = np.full((HEIGHT_PX, WIDTH_PX, 3), 0.015)
+    for side, colour in ((1, (0.05, 0.25, 0.6)), (-1, (0.3, 0.2, 0.6))):
+        turn = 2 * np.pi * turns * (s - meet) / length + (np.pi if side < 0 else 0.0)
+        leg = side * (4.0 + 42.0 * (meet - s) / length)
+        place = np.where(s < meet, leg, 4.0 * np.cos(turn))
+        half = np.where(s < meet, 6.0, 4.0)
+        picture[(np.abs(n - place) < half) & (s > 0)] = colour
+    picture = cv2.GaussianBlur(picture, (0, 0), 0.8)
+    code = 255.0 * np.clip(picture, 0, 1) ** (1 / 2.2) + random.normal(0, 1.5, picture.shape)
+    return np.clip(np.round(code), 0, 255).astype(np.uint8)
+
+
+def test_a_film_of_the_separator_shows_the_bundle_and_not_a_leg_of_another_colour() -> None:
+    """A leg was measured in all frames of such a film, a third too thin and without a flag."""
+    film = [close_up(turns) for turns in np.linspace(2.2, 9.0, 8)]
+    sight = find_sight(film, Told(least_px=0.6 * BUNDLE_PX, side="left"))
+    assert sight is not None
+    assert off_axis_px(sight) < 0.3 * BUNDLE_PX
 
 
 def few_turns(apex: float) -> np.ndarray:

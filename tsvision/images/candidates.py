@@ -16,6 +16,9 @@ PARALLEL = 0.1  # sine of the angle between strings and their shadow on a ground
 CAST_D, CAST_SHARE = 4.0, 0.4  # widths beside them; what speaks for them over what for the shadow
 SWALLOWED, SWALLOWED_SHARE = 1.8, 0.6  # widths of strings with their shadow; what speaks for them
 APART = 1.5  # spreads between strings and ground from which nothing speaks against a line
+# Angle of a leg to the bundle, rad; by how much the two may differ, of their mean, and how far
+# apart they may cross it, in widths; what speaks for the bundle between over what for a leg.
+LEG_RAD, MIRRORED, MEET_D, LEG_SHARE = (0.07, 1.0), 0.3, 2.0, 0.6
 # Widths, in its legs', of the bundle that they go over into: where the strip is too narrow it holds
 # legs beside ground, which looks like dark strings.
 LEGS_TO_BUNDLE = (1.0, 1.6)
@@ -83,6 +86,25 @@ def could_cast(trial: Trial, other: Trial) -> bool:
     there = other.axis.tangent(np.array([0.0]))[0]
     turned = abs(float(along[0] * there[1] - along[1] * there[0]))
     return turned < PARALLEL and 0.8 * trial.width_px < aside < CAST_D * trial.width_px
+
+
+def are_legs(trial: Trial, third: Trial, other: Trial) -> bool:
+    """Whether two lines mirror each other about the other one: legs that outshine their bundle, of
+    which a close-up of the separator shows little."""
+    angles, places = [], []
+    start, u = other.axis.at(np.array([0.0]))[0], other.axis.tangent(np.array([0.0]))[0]
+    for line in (trial, third):
+        if not 0.5 < line.width_px / other.width_px < 2.0:
+            return False
+        point, v = line.axis.at(np.array([0.0]))[0], line.axis.tangent(np.array([0.0]))[0]
+        v = v if u @ v > 0.0 else -v
+        angles.append(float(np.arctan2(u[0] * v[1] - u[1] * v[0], u @ v)))
+        if not LEG_RAD[0] < abs(angles[-1]) < LEG_RAD[1]:
+            return False
+        along, _ = np.linalg.solve(np.stack([u, -v], axis=1), point - start)
+        places.append(float(along))
+    mirrored = abs(sum(angles)) < MIRRORED * 0.5 * abs(angles[0] - angles[1])
+    return mirrored and abs(places[0] - places[1]) < MEET_D * other.width_px
 
 
 def swallows(trial: Trial, other: Trial) -> bool:

@@ -15,9 +15,11 @@ import numpy as np
 from tsvision.images.axis import Ridge, find_ridges, hue_off_ground
 from tsvision.images.candidates import (
     CAST_SHARE,
+    LEG_SHARE,
     LEGS_TO_BUNDLE,
     SWALLOWED_SHARE,
     Trial,
+    are_legs,
     bisectors,
     could_cast,
     given_ridge,
@@ -132,7 +134,8 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
         axis = _scaled(line_of_ridge(ridge, shape, roi_px), factor)
         return settle(small, axis, ridge.width_px * factor, between=between, beside=beside)
 
-    trials = [tried(r) for r in [*ridges, *bisectors(ridges, shape)]]
+    halfway = bisectors(ridges, shape) + bisectors(ridges, shape, one_colour=False)
+    trials = [tried(r) for r in [*ridges, *dict.fromkeys(halfway)]]
     if motion is None:
         for times in LEGS_TO_BUNDLE:
             halfway = bisectors(ridges, shape, one_colour=False, times=times)
@@ -156,6 +159,8 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
     for trial, own in zip(trials, alone, strict=True):
         rivals = []
         for other, merit_of in zip(trials, alone, strict=True):
+            if any(are_legs(trial, third, other) for third in trials):
+                rivals.append(merit_of / LEG_SHARE)
             if could_cast(trial, other):
                 rivals.append(merit_of / CAST_SHARE)
             if swallows(trial, other):
