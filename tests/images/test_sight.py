@@ -15,11 +15,12 @@ import pytest
 from tsvision.images.candidates import Trial, are_legs, could_cast, settle, swallows
 from tsvision.images.contrast import _shadowless, many_coloured
 from tsvision.images.curve import find_curve
-from tsvision.images.linear import LUMA_BGR
+from tsvision.images.linear import LUMA_BGR, to_linear
+from tsvision.images.masks import seen_in
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.shadow import find_shadow
 from tsvision.images.sight import Sight, Told, find_sight
-from tsvision.images.strip import straight_axis
+from tsvision.images.strip import cut_strip, straight_axis
 
 WIDTH_PX, HEIGHT_PX = 480, 270
 START, END = np.array([60.0, 120.0]), np.array([420.0, 150.0])  # of the bundle's axis
@@ -312,6 +313,36 @@ def test_a_film_of_the_separator_shows_the_bundle_and_not_a_leg_of_another_colou
     sight = find_sight(film, Told(least_px=0.6 * BUNDLE_PX, side="left"))
     assert sight is not None
     assert off_axis_px(sight) < 0.3 * BUNDLE_PX
+
+
+def pale_blue(shown: float) -> np.ndarray:
+    """Blue strands, lit from one side, before pale blue, on the last `shown` of an axis along the
+    middle row: as bright as the ground where light falls on them, and darker elsewhere."""
+    random = np.random.default_rng(round(10 * shown))
+    rows, columns = np.mgrid[0:141, 0:360].astype(float)
+    picture = np.ones((141, 360, 3)) * (0.25, 0.17, 0.12)
+    for k in range(2):
+        away = rows - 70.0 - 4.0 * np.cos(2 * np.pi * columns / 45.0 + np.pi * k + shown)
+        here = (np.abs(away) < 4.0) & (columns > 360.0 * (1.0 - shown))
+        light = 0.6 - 0.1 * away
+        picture[here] = (light[..., None] * (0.9, 0.2, 0.08))[here]
+    picture = cv2.GaussianBlur(picture, (0, 0), 0.8)
+    code = 255.0 * picture ** (1 / 2.2) + random.normal(0, 1.5, picture.shape)
+    return np.clip(np.round(code), 0, 255).astype(np.uint8)
+
+
+def test_a_hue_serves_though_ground_lies_on_the_axis_most_of_the_way() -> None:
+    """Nothing stands out by 1.5 sd there. Luma did by less than the hue and took the lit sides of
+    the strands for their shadow's border: such a bundle was not measured at all."""
+    axis = straight_axis(np.array([0.0, 70.0]), np.array([359.0, 70.0]))
+    shares = (0.3, 0.4, 0.5, 0.6, 0.6, 0.7, 0.7, 0.7)
+    linears = [to_linear(pale_blue(shown), float("nan")) for shown in shares]
+    strips = [cut_strip(p, axis, (0.0, axis.length_px), 68) for p in linears]
+    seen = seen_in(strips, BUNDLE_PX, rough=False)
+    assert not np.array_equal(seen.weights, LUMA_BGR)
+    assert abs(float(seen.weights @ (0.25, 0.17, 0.12))) < 0.02
+    widths = seen.masks[-1][:, 150:].sum(axis=0)  # two strands, between a half and one bundle wide
+    assert 8.0 <= np.median(widths) <= BUNDLE_PX + 1.0
 
 
 def few_turns(apex: float) -> np.ndarray:

@@ -108,10 +108,14 @@ def seen_in(strips: list[Strip], width: float, rough: bool, between: bool = Fals
     if enough:
         return seen
     hue, apart = find_hue(strips, 0.5 * width, between)
-    if not apart > HUE_APART:
+    # With few turns ground lies on the axis most of the way, and nothing stands out there by much:
+    # then the better of both serves where it is free of deep shadow itself.
+    plain = apart > HUE_APART
+    if not (plain or (apart > separation and not by_distance)):
         return seen
     masks, fainter = masks_of(strips, hue, width, False, rough, between)
-    return Seen(hue, apart, False, masks, fainter) if fainter.level < shadow.level else seen
+    serves = fainter.level < (shadow.level if plain else min(shadow.level, DEEP_SHADOW))
+    return Seen(hue, apart, False, masks, fainter) if serves else seen
 
 
 def single_columns(mask: np.ndarray, half: int, width: float) -> np.ndarray:

@@ -38,6 +38,7 @@ from tsvision.records import Frame, FrameResult, FrameRow
 
 NAN = float("nan")
 PLAIN_SLOPE = 0.2  # of the ridges: that frame's own sense; strands seldom show less
+SURE_OF_SENSE = 0.7  # confidence below which none is told
 NO_WIDTH = 0.25  # of D: what is less sure than that is no measurement of it
 NO_TWIST = 0.5  # of the pitch: strands that may as well not turn at all have none
 LEGS_TURNS = 0.25  # turns that the legs hold between holes and apex: below, nothing is twisted
@@ -283,6 +284,7 @@ def _handedness(
     so_far = warm.slope_sum + slope
     pooled = looks.slope_sum + so_far
     decided = slope if abs(slope) > PLAIN_SLOPE or abs(pooled) < abs(slope) else pooled
-    if abs(decided) < 0.01:
-        return ("", 0.5), so_far
-    return (handedness_of(decided), float(1.0 - 0.5 * np.exp(-abs(pooled) / 0.05))), so_far
+    sure = float(1.0 - 0.5 * np.exp(-abs(pooled) / 0.05))
+    if abs(decided) < 0.01 or sure < SURE_OF_SENSE:
+        return ("", sure), so_far
+    return (handedness_of(decided), sure), so_far
