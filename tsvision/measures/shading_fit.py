@@ -101,13 +101,11 @@ def fit_shading(
 
 @dataclass(frozen=True)
 class _Light:
-    """A system solved: q (3,) = blur and both places, the width's sd, and the sum of squared
-    residuals in units of what is allowed at the limb."""
+    """A system solved: q (3,) = blur and both places, and the width's sd."""
 
     system: _System
     q: np.ndarray
     width_sd_px: float
-    misfit: float
 
 
 def _fit_light(
@@ -147,20 +145,20 @@ def _fit_light(
         apart.append(abs(float((lamp.places_px - q[1:]).sum())))
         q = system.blur_at(q[0], q[1:] + share * (lamp.places_px - q[1:]))
     width_sd = float(np.hypot(width_sd, 0.5 * max(apart)))
-    return _Light(system, q, width_sd, system.misfit(q))
+    return _Light(system, q, width_sd)
 
 
 def _either(light: _Light, unlit: _Light) -> _Light:
     """Of limbs that reach the ground's light and no less, and of such as may fall below it, each by
     how well it describes the profiles; what they differ by is not known."""
-    odds = light.misfit / max(unlit.misfit, 1e-12)
+    odds = light.system.misfit(light.q) / max(unlit.system.misfit(unlit.q), 1e-12)
     share = odds / (1.0 + odds)
     off = unlit.q[1:] - light.q[1:]
     between = np.sqrt(share * (1.0 - share)) * abs(float(off.sum()))
     system = unlit.system if share > 0.5 else light.system
     q = system.blur_at(unlit.q[0], light.q[1:] + share * off)
     sd = (1.0 - share) * light.width_sd_px + share * unlit.width_sd_px
-    return _Light(system, q, float(np.hypot(sd, between)), system.misfit(q))
+    return _Light(system, q, float(np.hypot(sd, between)))
 
 
 class _System:
