@@ -374,3 +374,15 @@ def test_one_picture_of_few_turns_shows_the_bundle_and_not_a_leg(apex: float) ->
     assert off_axis_px(sight) < 0.3 * BUNDLE_PX
     assert sight.width_px == pytest.approx(BUNDLE_PX, rel=0.3)
     assert sight.legs_seen
+
+
+@pytest.mark.parametrize("latest", [0.55, 0.65])
+def test_a_film_of_few_turns_shows_the_bundle_and_not_a_leg(latest: float) -> None:
+    """A close-up in which the legs are longer than the bundle in every frame but the last: a leg
+    was taken for it, too thin to be one, and nothing was measured."""
+    film = [few_turns(apex) for apex in np.linspace(0.9, latest, 8)]
+    sight = find_sight(film, Told(least_px=0.6 * BUNDLE_PX))
+    assert sight is not None
+    assert off_axis_px(sight) < 0.3 * BUNDLE_PX
+    assert sight.width_px == pytest.approx(BUNDLE_PX, rel=0.3)
+    assert sight.legs_seen

@@ -73,9 +73,10 @@ def _samples(strips: list[Strip], half_core: float, between: bool) -> tuple[np.n
 
 def _off_ground(axis: np.ndarray, outer: np.ndarray) -> np.ndarray:
     """Those columns of what lies on the axis (K, M, 3) that are unlike the ground (n, 3)."""
-    if not len(outer):
+    ground = outer[~np.isnan(outer).any(axis=1)]
+    if not len(ground):
         return axis
-    away = np.linalg.norm(np.median(axis, axis=0) - np.nanmedian(outer, axis=0), axis=1)
+    away = np.linalg.norm(np.median(axis, axis=0) - np.median(ground, axis=0), axis=1)
     known = np.isfinite(away)
     if not known.any():
         return axis

@@ -134,12 +134,12 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
         axis = _scaled(line_of_ridge(ridge, shape, roi_px), factor)
         return settle(small, axis, ridge.width_px * factor, between=between, beside=beside)
 
-    halfway = bisectors(ridges, shape) + bisectors(ridges, shape, one_colour=False)
-    trials = [tried(r) for r in [*ridges, *dict.fromkeys(halfway)]]
-    if motion is None:
-        for times in LEGS_TO_BUNDLE:
-            halfway = bisectors(ridges, shape, one_colour=False, times=times)
-            trials += [tried(r, between=True) for r in halfway]
+    # Of one colour first, which is the surer pair: few lines are tried of either kind.
+    meeting = bisectors(ridges, shape) + bisectors(ridges, shape, one_colour=False)
+    trials = [tried(r) for r in [*ridges, *dict.fromkeys(meeting)]]
+    for times in LEGS_TO_BUNDLE:
+        between = bisectors(ridges, shape, one_colour=False, times=times)
+        trials += [tried(r, between=True) for r in between]
 
     def merit(trial: Trial) -> float:
         support = trial.support * plausible(trial.width_px / factor, widths_px, least_px)
