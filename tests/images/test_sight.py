@@ -270,6 +270,20 @@ def test_a_strand_of_the_ground_s_own_hue_does_not_vanish() -> None:
     )
 
 
+def test_a_bright_connector_on_the_axis_does_not_say_how_strings_stand_out() -> None:
+    """Red beside black on grey, and a white connector on a fifth of the axis: beside it neither
+    strand stood out, the black one vanished, and a bundle that anyone sees was not measured."""
+    g = np.random.default_rng(3)
+    red, black, white, grey = (0.06, 0.05, 0.3), (0.02,) * 3, (0.95, 0.88, 0.87), (0.2, 0.24, 0.19)
+
+    def seen(colour: tuple[float, ...], count: int) -> np.ndarray:
+        light = g.uniform(0.8, 1.0, (count, 1))
+        return light * np.array(colour) + 0.003 * g.standard_normal((count, 3))
+
+    axis = np.concatenate([seen(red, 400), seen(black, 400), seen(white, 200)])
+    assert np.array_equal(_shadowless(axis, seen(grey, 2000)), LUMA_BGR)
+
+
 def test_lines_that_mirror_each_other_about_a_third_are_its_legs() -> None:
     """Two legs that meet on the axis of their bundle; not two that cross it in different places or
     at different angles, and neither the bundle and a leg about the other leg."""

@@ -20,6 +20,7 @@ ACROSS = 0.4  # of the ground's light: how far strings stand out across its colo
 # many times its light, which no mixture of hues does, or darker than a shadow leaves it; and the
 # share of the samples on strings that may.
 BRIGHTER, DARKER, OF_ITS_HUE = 2.0, 0.8, 0.15
+OFF = 5.0  # spreads of the ground's colour from which a sample is not of it
 DIM = 0.4  # of the core's light: a limb's
 ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
 # With few turns the axis runs between legs most of the way: what shows half of what the strongest
@@ -94,7 +95,10 @@ def _shadowless(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
     ground = np.median(outer, axis=0)
     unit = ground / max(float(np.linalg.norm(ground)), 1e-9)
     away = inner - ground
-    away = away[np.linalg.norm(away, axis=1) > 0.3 * np.linalg.norm(away, axis=1).max()]
+    # The brightest thing on the axis may be the connector: strings are what most of it shows.
+    size, plain = np.linalg.norm(away, axis=1), np.linalg.norm(outer - ground, axis=1)
+    out = size > OFF * float(np.median(plain))
+    away = away[size > 0.3 * float(np.median(size[out]))] if out.any() else away
     along, light = away @ unit, float(np.linalg.norm(ground))
     across = np.linalg.norm(away - along[:, None] * unit, axis=1)
     noise = np.median(np.linalg.norm(outer - (outer @ unit)[:, None] * unit, axis=1))
