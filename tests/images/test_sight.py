@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 
 from tsvision.images.candidates import Trial, are_legs, could_cast, settle, swallows
-from tsvision.images.contrast import _shadowless, many_coloured
+from tsvision.images.contrast import _shadowless, are_both_ways, many_coloured
 from tsvision.images.curve import find_curve
 from tsvision.images.linear import LUMA_BGR, to_linear
 from tsvision.images.masks import seen_in
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.shadow import find_shadow
 from tsvision.images.sight import Sight, Told, find_sight
-from tsvision.images.strip import cut_strip, straight_axis
+from tsvision.images.strip import Strip, cut_strip, straight_axis
 
 WIDTH_PX, HEIGHT_PX = 480, 270
 START, END = np.array([60.0, 120.0]), np.array([420.0, 150.0])  # of the bundle's axis
@@ -282,6 +282,32 @@ def test_a_bright_connector_on_the_axis_does_not_say_how_strings_stand_out() -> 
 
     axis = np.concatenate([seen(red, 400), seen(black, 400), seen(white, 200)])
     assert np.array_equal(_shadowless(axis, seen(grey, 2000)), LUMA_BGR)
+
+
+@pytest.mark.parametrize("grey", [True, False])
+def test_black_and_white_strands_on_grey_are_both_seen(grey: bool) -> None:
+    """Taken for white strands with gaps, a bundle was measured at any width from 16 to 37 px of
+    27, and its pitch ten times too long."""
+    film = bundle_film((0.2, 0.2, 0.2), ((0.8, 0.8, 0.8), (0.02, 0.02, 0.02)))
+    sight = find_sight([p[..., 1] for p in film] if grey else film)
+    assert sight is not None
+    assert sight.by_distance
+    assert sight.width_px == pytest.approx(BUNDLE_PX, abs=2.0)
+    assert off_axis_px(sight) < 1.0
+
+
+def test_a_connector_brighter_than_the_ground_makes_dark_strands_no_pair() -> None:
+    """Half of the axis darker than the ground, a third brighter: but not in turns."""
+    random = np.random.default_rng(6)
+
+    def strip(turns: float) -> Strip:
+        columns = np.arange(300)
+        values = 0.2 + random.normal(0.0, 0.004, (61, 300))
+        values[24:37] = np.where(np.sin(2 * np.pi * turns * columns / 300) > 0, 0.7, 0.03)
+        return Strip(values.astype(np.float32), 0.0, 30)
+
+    assert are_both_ways([strip(15.0)], 6.0)
+    assert not are_both_ways([strip(1.0)], 6.0)
 
 
 def test_lines_that_mirror_each_other_about_a_third_are_its_legs() -> None:

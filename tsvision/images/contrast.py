@@ -21,6 +21,9 @@ ACROSS = 0.4  # of the ground's light: how far strings stand out across its colo
 # share of the samples on strings that may.
 BRIGHTER, DARKER, OF_ITS_HUE = 2.0, 0.8, 0.15
 OFF = 5.0  # spreads of the ground's colour from which a sample is not of it
+# Spreads of the ground's light from which strands are brighter or darker; the least share of either
+# where both wind about each other; how much of the axis shows both.
+CLEARLY, OF_EITHER, MOSTLY_MIXED = 4.0, 0.2, 0.4
 DIM = 0.4  # of the core's light: a limb's
 ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
 # With few turns the axis runs between legs most of the way: what shows half of what the strongest
@@ -35,12 +38,14 @@ def find_signal(
     no one weighted sum shows (strands of several colours): then distance in colour serves.
     between: whether the axis may run between legs most of the way."""
     if strips[0].values.ndim == 2:
-        return LUMA_BGR, float("nan"), False
+        return LUMA_BGR, float("nan"), are_both_ways(strips, half_core)
     inner, outer = _samples(strips, half_core, between)
     if min(len(inner), len(outer)) < FEWEST:
         return LUMA_BGR, float("nan"), False  # no ground in view beside a candidate this wide
     weights, separation = best_weights(central_cloud(inner), central_cloud(outer))
     if not many_coloured(inner, outer):
+        if are_both_ways(strips, half_core):
+            return LUMA_BGR, separation, True
         return weights, separation, False
     return _shadowless(inner, outer), separation, True
 
@@ -108,6 +113,29 @@ def _shadowless(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
     return unit.astype(np.float32) if enough else LUMA_BGR
 
 
+def are_both_ways(strips: list[Strip], half_core: float) -> bool:
+    """Whether strands brighter than the ground wind about darker ones, black and white on grey.
+
+    Both are then found in every few widths of the axis; a connector and the strings before it, or
+    the gleam of dark strings, are not.
+    """
+    mixed = []
+    for strip in strips:
+        luma = strip.values @ LUMA_BGR if strip.values.ndim == 3 else strip.values
+        n = np.abs(np.arange(-strip.half_px, strip.half_px + 1))
+        axis, outer = luma[n < max(0.5 * half_core, 1.0)], luma[n > 3.0 * half_core]
+        outer = outer[np.isfinite(outer)]
+        if not outer.size:
+            continue
+        ground = float(np.median(outer))
+        least = CLEARLY * (1.4826 * float(np.median(np.abs(outer - ground))) + 2e-3)
+        width = max(round(6.0 * half_core), 1)
+        for first in range(0, axis.shape[1] - width + 1, width):
+            some = axis[:, first : first + width] - ground
+            mixed.append(min((some > least).mean(), (some < -least).mean()) > OF_EITHER)
+    return len(mixed) > 0 and float(np.mean(mixed)) > MOSTLY_MIXED
+
+
 def many_coloured(inner: np.ndarray, outer: np.ndarray) -> bool:
     """Whether the samples on the strings are of several hues: their chromaticity, which shading
     leaves alone, spreads. inner, outer: (n, 3) linear BGR on the axis and beside it."""
@@ -155,6 +183,8 @@ def raw_contrast(
     if not by_distance:
         signal = project(values, weights)
         return above_ground(signal, inner_px)
+    if values.ndim == 2:
+        return np.abs(above_ground(values, inner_px))
     squares = np.zeros(values.shape[:2], np.float32)
     along = np.zeros(values.shape[:2], np.float32)
     for c in range(3):
@@ -194,7 +224,8 @@ def black_contrast(
         away = light * strings - ground
         if not by_distance:
             return float(np.mean(away @ weights if away.shape[1] == 3 else away))
-        return float(np.mean(_distance((away**2).sum(axis=1), away @ weights, weights)))
+        along = away @ weights if away.shape[1] == 3 else away[:, 0]
+        return float(np.mean(_distance((away**2).sum(axis=1), along, weights)))
 
     lit = typical(1.0)
     return (typical(DIM) / lit - DIM) / (1.0 - DIM) if lit else 0.0
