@@ -19,7 +19,7 @@ ACROSS = 0.4  # of the ground's light: how far strings stand out across its colo
 # Strands of the ground's own hue, white on grey or black, stand out along its colour alone: by so
 # many times its light, which no mixture of hues does, or darker than a shadow leaves it; and the
 # share of the samples on strings that may.
-BRIGHTER, DARKER, OF_ITS_HUE = 2.0, 0.8, 0.15
+BRIGHTER, DARKER, OF_ITS_HUE = 2.0, 0.6, 0.15
 OFF = 5.0  # spreads of the ground's colour from which a sample is not of it
 # Spreads of the ground's light from which strands are brighter or darker; the least share of either
 # where both wind about each other; how much of the axis shows both.
@@ -100,10 +100,10 @@ def _shadowless(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
     ground = np.median(outer, axis=0)
     unit = ground / max(float(np.linalg.norm(ground)), 1e-9)
     away = inner - ground
-    # The brightest thing on the axis may be the connector: strings are what most of it shows.
-    size, plain = np.linalg.norm(away, axis=1), np.linalg.norm(outer - ground, axis=1)
-    out = size > OFF * float(np.median(plain))
-    away = away[size > 0.3 * float(np.median(size[out]))] if out.any() else away
+    # However bright the brightest on the axis is - a connector, strands of the other colour.
+    plain = float(np.median(np.linalg.norm(outer - ground, axis=1)))
+    out = np.linalg.norm(away, axis=1) > OFF * plain
+    away = away[out] if out.any() else away
     along, light = away @ unit, float(np.linalg.norm(ground))
     across = np.linalg.norm(away - along[:, None] * unit, axis=1)
     noise = np.median(np.linalg.norm(outer - (outer @ unit)[:, None] * unit, axis=1))
