@@ -288,13 +288,13 @@ def test_a_black_strand_does_not_vanish_beside_a_far_brighter_one() -> None:
     """Blue beside black on brown: by the blue ones' measure black hardly differs from the ground,
     and lit it sends as much as brown in shadow. D and pitch were told in no frame of eight."""
     g = np.random.default_rng(3)
-    blue, brown = (0.75, 0.25, 0.1), (0.12, 0.16, 0.2)
+    blue, brown = (1.0, 0.35, 0.15), (0.12, 0.16, 0.2)
 
     def seen(colour: tuple[float, ...], count: int, dim: float) -> np.ndarray:
         light = g.uniform(dim, 1.0, (count, 1))
         return light * np.array(colour) + 0.008 * g.standard_normal((count, 3))
 
-    axis = np.concatenate([seen(blue, 600, 0.4), seen((0.08,) * 3, 400, 0.5)])
+    axis = np.concatenate([seen(blue, 650, 0.7), seen((0.08,) * 3, 350, 0.5)])
     ground = seen(brown, 2000, 0.9)
     assert np.array_equal(_shadowless(axis, ground), LUMA_BGR)
     both = np.concatenate([seen(blue, 500, 0.4), seen((0.1, 0.5, 0.6), 500, 0.4)])
