@@ -22,8 +22,8 @@ ACROSS = 0.4  # of the ground's light: how far strings stand out across its colo
 BRIGHTER, DARKER, OF_ITS_HUE = 2.0, 0.6, 0.15
 OFF = 5.0  # spreads of the ground's colour from which a sample is not of it
 # Spreads of the ground's light from which strands are brighter or darker; the least share of either
-# where both wind about each other; how much of the axis shows both.
-CLEARLY, OF_EITHER, MOSTLY_MIXED = 4.0, 0.2, 0.4
+# in a window of so many half cores where both wind about each other; how many windows show both.
+CLEARLY, OF_EITHER, WINDOW, MOSTLY_MIXED = 4.0, 0.2, 6.0, 0.4
 DIM = 0.4  # of the core's light: a limb's
 ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
 # With few turns the axis runs between legs most of the way: what shows half of what the strongest
@@ -129,9 +129,9 @@ def are_both_ways(strips: list[Strip], half_core: float) -> bool:
             continue
         ground = float(np.median(outer))
         least = CLEARLY * (1.4826 * float(np.median(np.abs(outer - ground))) + 2e-3)
-        width = max(round(6.0 * half_core), 1)
-        for first in range(0, axis.shape[1] - width + 1, width):
-            some = axis[:, first : first + width] - ground
+        window = max(round(WINDOW * half_core), 1)
+        for first in range(0, axis.shape[1] - window + 1, window):
+            some = axis[:, first : first + window] - ground
             mixed.append(min((some > least).mean(), (some < -least).mean()) > OF_EITHER)
     return len(mixed) > 0 and float(np.mean(mixed)) > MOSTLY_MIXED
 

@@ -138,8 +138,8 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
     meeting = bisectors(ridges, shape) + bisectors(ridges, shape, one_colour=False)
     trials = [tried(r) for r in [*ridges, *dict.fromkeys(meeting)]]
     for times in LEGS_TO_BUNDLE:
-        between = bisectors(ridges, shape, one_colour=False, times=times)
-        trials += [tried(r, between=True) for r in between]
+        halfway = bisectors(ridges, shape, one_colour=False, times=times)
+        trials += [tried(r, between=True) for r in halfway]
 
     def merit(trial: Trial) -> float:
         support = trial.support * plausible(trial.width_px / factor, widths_px, least_px)
