@@ -121,7 +121,7 @@ def are_both_ways(strips: list[Strip], half_core: float) -> bool:
     """
     mixed = []
     for strip in strips:
-        luma = strip.values @ LUMA_BGR if strip.values.ndim == 3 else strip.values
+        luma = project(strip.values, LUMA_BGR)
         n = np.abs(np.arange(-strip.half_px, strip.half_px + 1))
         axis, outer = luma[n < max(0.5 * half_core, 1.0)], luma[n > 3.0 * half_core]
         outer = outer[np.isfinite(outer)]
