@@ -7,7 +7,8 @@ import pytest
 
 from tsvision.images.cloud import central_cloud
 from tsvision.images.contrast import black_contrast
-from tsvision.images.linear import LUMA_BGR, best_weights
+from tsvision.images.linear import best_weights
+from tsvision.images.signal import DISTANCE, LUMA, summed
 
 RED, GROUND, STEEL = (0.03, 0.03, 0.2), (0.041, 0.057, 0.065), (0.19, 0.19, 0.2)  # BGR, linear
 
@@ -52,9 +53,9 @@ def test_what_a_limb_in_the_dark_shows() -> None:
     hue = np.array([-0.33, -0.52, 0.15], np.float32)
     strings = np.repeat(np.array([RED]), 50, axis=0)
     exact = float(-ground @ hue / ((strings[0] - ground) @ hue))
-    assert black_contrast(strings, ground, hue, False) == pytest.approx(exact, rel=1e-5)
+    assert black_contrast(strings, ground, summed(hue)) == pytest.approx(exact, rel=1e-5)
     lit, dim = (float(np.linalg.norm(light * strings[0] - ground)) for light in (1.0, 0.4))
-    told = black_contrast(strings, ground, LUMA_BGR, True)
+    told = black_contrast(strings, ground, DISTANCE)
     assert 0.4 + 0.6 * told == pytest.approx(dim / lit, rel=1e-5)
 
 
@@ -62,4 +63,4 @@ def test_what_a_limb_in_the_dark_shows() -> None:
 def test_black_beside_one_channel(string: float, black: float) -> None:
     """Dark strings before bright ground get darker without light; bright ones go below it."""
     strings, ground = np.full((10, 1), string), np.array([0.5])
-    assert black_contrast(strings, ground, LUMA_BGR, False) == pytest.approx(black)
+    assert black_contrast(strings, ground, LUMA) == pytest.approx(black)

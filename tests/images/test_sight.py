@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 
 from tsvision.images.candidates import Trial, are_legs, could_cast, settle, swallows
-from tsvision.images.contrast import _shadowless, are_both_ways, many_coloured
 from tsvision.images.curve import find_curve
-from tsvision.images.linear import LUMA_BGR, to_linear
+from tsvision.images.linear import to_linear
 from tsvision.images.masks import seen_in
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.shadow import find_shadow
 from tsvision.images.sight import Sight, Told, find_sight
-from tsvision.images.strip import Strip, cut_strip, straight_axis
+from tsvision.images.signal import Way
+from tsvision.images.strip import cut_strip, straight_axis
 
 WIDTH_PX, HEIGHT_PX = 480, 270
 START, END = np.array([60.0, 120.0]), np.array([420.0, 150.0])  # of the bundle's axis
@@ -155,14 +155,14 @@ def test_red_on_green_with_a_shadow(red: tuple[float, float, float], shadow: flo
     assert sight is not None
     assert sight.width_px == pytest.approx(BUNDLE_PX, abs=3.0)
     assert off_axis_px(sight) < 1.5
-    assert abs(float(sight.weights @ np.array(ground))) < 0.02
+    assert abs(float(sight.signal.weights @ np.array(ground))) < 0.02
 
 
 def test_a_hue_is_asked_for_only_where_a_shadow_is_deep() -> None:
     """Luma's edges are sharper: without a shadow dark red strings are seen by it."""
     sight = find_sight(bundle_film((0.1, 0.2, 0.1), ((0.02, 0.03, 0.12),)))
     assert sight is not None
-    assert np.array_equal(sight.weights, LUMA_BGR)
+    assert sight.signal.way is Way.LUMA
     assert sight.width_px == pytest.approx(BUNDLE_PX, abs=3.0)
 
 
@@ -208,97 +208,10 @@ def test_no_grain_is_followed_beside_strands_of_two_colours(
 ) -> None:
     pictures = grain_and_plies()
     sight = find_sight(pictures, Told(roi_px=region))
-    assert sight is not None and sight.by_distance
+    assert sight is not None and sight.signal.by_distance
     assert sight.width_px == pytest.approx(36.0, abs=5.0)
     curve = find_curve(pictures, sight, region, closely=True)
     assert curve is None or (curve.alike and not curve.bowed)
-
-
-def test_two_colours_are_told_on_a_ground_of_uneven_brightness() -> None:
-    """Concrete half in shadow: neither string is brighter or darker than all of it."""
-    g = np.random.default_rng(3)
-
-    def seen(colour: tuple[float, float, float], count: int) -> np.ndarray:
-        light = g.uniform(0.3, 1.0, (count, 1))
-        return light * np.array(colour) + 0.003 * g.standard_normal((count, 3))
-
-    concrete, blue, yellow = (0.30, 0.31, 0.31), (0.45, 0.25, 0.10), (0.12, 0.40, 0.42)
-    ground = seen(concrete, 1500)
-    assert many_coloured(np.concatenate([seen(blue, 400), seen(yellow, 400)]), ground)
-    assert not many_coloured(seen(yellow, 800), ground)
-    assert not many_coloured(seen(concrete, 800), ground)
-    # A speck of each colour on an axis that runs over the ground is no string.
-    specks = np.concatenate([seen(blue, 60), seen(yellow, 60), seen(concrete, 680)])
-    assert not many_coloured(specks, ground)
-
-
-@pytest.mark.parametrize(("grey", "by_hue"), [(0.3, True), (0.5, False)])
-def test_strands_whose_mixture_is_grey_are_told_by_hue(grey: float, by_hue: bool) -> None:
-    """Yellow beside blue on concrete: up to a third of thin strands is where they meet. Where half
-    of what is seen is grey one of them may be, and light has to count too."""
-    g = np.random.default_rng(3)
-
-    def seen(colour: tuple[float, float, float], share: float, dim: float) -> np.ndarray:
-        light = g.uniform(dim, 1.0, (int(1000 * share), 1))
-        return light * np.array(colour) + 0.003 * g.standard_normal((len(light), 3))
-
-    blue, yellow, mixture = (0.45, 0.25, 0.10), (0.12, 0.40, 0.42), (0.29, 0.33, 0.26)
-    each = 0.5 * (1.0 - grey)
-    strings = [seen(blue, each, 0.8), seen(yellow, each, 0.8), seen(mixture, grey, 0.8)]
-    ground = seen((0.18, 0.18, 0.18), 2.0, 0.8)
-    weights = _shadowless(np.concatenate(strings), ground)
-    assert np.array_equal(weights, LUMA_BGR) != by_hue
-
-
-def test_a_strand_of_the_ground_s_own_hue_does_not_vanish() -> None:
-    """Red beside white on grey: what is white lies along the ground's colour, as its shadows do,
-    and a bundle of both was measured on its red strand."""
-    g = np.random.default_rng(3)
-    red, white, grey = (0.17, 0.16, 0.95), (0.9, 0.9, 0.9), (0.21, 0.21, 0.21)
-
-    def seen(colour: tuple[float, float, float], count: int) -> np.ndarray:
-        light = g.uniform(0.8, 1.0, (count, 1))
-        return light * np.array(colour) + 0.003 * g.standard_normal((count, 3))
-
-    ground = seen(grey, 2000)
-    blends = seen((0.45, 0.45, 0.93), 150)
-    assert np.array_equal(
-        _shadowless(np.concatenate([seen(red, 550), seen(white, 300), blends]), ground), LUMA_BGR
-    )
-    assert not np.array_equal(
-        _shadowless(np.concatenate([seen(red, 900), blends]), ground), LUMA_BGR
-    )
-
-
-def test_a_bright_connector_on_the_axis_does_not_say_how_strings_stand_out() -> None:
-    """Red beside black on grey, and a white connector on a fifth of the axis: beside it neither
-    strand stood out, the black one vanished, and a bundle that anyone sees was not measured."""
-    g = np.random.default_rng(3)
-    red, black, white, grey = (0.06, 0.05, 0.3), (0.02,) * 3, (0.95, 0.88, 0.87), (0.2, 0.24, 0.19)
-
-    def seen(colour: tuple[float, ...], count: int) -> np.ndarray:
-        light = g.uniform(0.8, 1.0, (count, 1))
-        return light * np.array(colour) + 0.003 * g.standard_normal((count, 3))
-
-    axis = np.concatenate([seen(red, 400), seen(black, 400), seen(white, 200)])
-    assert np.array_equal(_shadowless(axis, seen(grey, 2000)), LUMA_BGR)
-
-
-def test_a_black_strand_does_not_vanish_beside_a_far_brighter_one() -> None:
-    """Blue beside black on brown: by the blue ones' measure black hardly differs from the ground,
-    and lit it sends as much as brown in shadow. D and pitch were told in no frame of eight."""
-    g = np.random.default_rng(3)
-    blue, brown = (1.0, 0.35, 0.15), (0.12, 0.16, 0.2)
-
-    def seen(colour: tuple[float, ...], count: int, dim: float) -> np.ndarray:
-        light = g.uniform(dim, 1.0, (count, 1))
-        return light * np.array(colour) + 0.008 * g.standard_normal((count, 3))
-
-    axis = np.concatenate([seen(blue, 650, 0.7), seen((0.08,) * 3, 350, 0.5)])
-    ground = seen(brown, 2000, 0.9)
-    assert np.array_equal(_shadowless(axis, ground), LUMA_BGR)
-    both = np.concatenate([seen(blue, 500, 0.4), seen((0.1, 0.5, 0.6), 500, 0.4)])
-    assert not np.array_equal(_shadowless(both, ground), LUMA_BGR)
 
 
 @pytest.mark.parametrize("grey", [True, False])
@@ -308,23 +221,9 @@ def test_black_and_white_strands_on_grey_are_both_seen(grey: bool) -> None:
     film = bundle_film((0.2, 0.2, 0.2), ((0.8, 0.8, 0.8), (0.02, 0.02, 0.02)))
     sight = find_sight([p[..., 1] for p in film] if grey else film)
     assert sight is not None
-    assert sight.by_distance
+    assert sight.signal.way is Way.DISTANCE
     assert sight.width_px == pytest.approx(BUNDLE_PX, abs=2.0)
     assert off_axis_px(sight) < 1.0
-
-
-def test_a_connector_brighter_than_the_ground_makes_dark_strands_no_pair() -> None:
-    """Half of the axis darker than the ground, a third brighter: but not in turns."""
-    random = np.random.default_rng(6)
-
-    def strip(turns: float) -> Strip:
-        columns = np.arange(300)
-        values = 0.2 + random.normal(0.0, 0.004, (61, 300))
-        values[24:37] = np.where(np.sin(2 * np.pi * turns * columns / 300) > 0, 0.7, 0.03)
-        return Strip(values.astype(np.float32), 0.0, 30)
-
-    assert are_both_ways([strip(15.0)], 6.0)
-    assert not are_both_ways([strip(1.0)], 6.0)
 
 
 def test_lines_that_mirror_each_other_about_a_third_are_its_legs() -> None:
@@ -396,8 +295,8 @@ def test_a_hue_serves_though_ground_lies_on_the_axis_most_of_the_way() -> None:
     linears = [to_linear(pale_blue(shown), float("nan")) for shown in shares]
     strips = [cut_strip(p, axis, (0.0, axis.length_px), 68) for p in linears]
     seen = seen_in(strips, BUNDLE_PX, rough=False)
-    assert not np.array_equal(seen.weights, LUMA_BGR)
-    assert abs(float(seen.weights @ (0.25, 0.17, 0.12))) < 0.02
+    assert seen.signal.way is Way.HUE
+    assert abs(float(seen.signal.weights @ (0.25, 0.17, 0.12))) < 0.02
     widths = seen.masks[-1][:, 150:].sum(axis=0)  # two strands, between a half and one bundle wide
     assert 8.0 <= np.median(widths) <= BUNDLE_PX + 1.0
 

@@ -18,6 +18,7 @@ from synth.recording import write_recording
 from synth.settings import Strings
 from tsvision.images.frames import open_recording
 from tsvision.images.sight import Sight
+from tsvision.images.signal import LUMA
 from tsvision.images.strip import straight_axis
 from tsvision.measures import legs
 from tsvision.measures.budgets import connector_px
@@ -129,7 +130,7 @@ def test_a_plate_seen_aside_lies_between_its_edges() -> None:
     picture[190:210, 99:] = 220
     sight = Sight(
         axis=straight_axis((0.0, 199.5), (999.0, 199.5)),
-        weights=np.full(3, 1 / 3),
+        signal=LUMA,
         sense=1,
         width_px=20.0,
         start_px=99.0,

@@ -33,7 +33,7 @@ def looks(
         zone_px=float(LENGTH),
         ends=SimpleNamespace(connector_px=connector_px, connector_seen=connector_seen),
         scale=SimpleNamespace(mm_per_px=MM_PER_PX),
-        sight=SimpleNamespace(axis=axis, by_distance=by_distance),
+        sight=SimpleNamespace(axis=axis, signal=SimpleNamespace(by_distance=by_distance)),
         strand_count=6,
     )
     return cast(Looks, fake)

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from tsvision.images.linear import LUMA_BGR
 from tsvision.images.sight import Sight
+from tsvision.images.signal import LUMA
 from tsvision.images.strip import straight_axis
 from tsvision.measures.cut import Cut, find_edges
 from tsvision.measures.helix import Edges
@@ -29,7 +29,7 @@ def a_cut(reach: int) -> Cut:
     s = np.arange(COLUMNS, dtype=float)
     none = np.full(COLUMNS, np.nan)
     line = straight_axis(np.array([0.0, HALF]), np.array([COLUMNS - 1.0, HALF]))
-    sight = Sight(line, LUMA_BGR, 1, 2.0 * reach, 0.0, s[-1], np.nan, False, 9.0, np.nan)
+    sight = Sight(line, LUMA, 1, 2.0 * reach, 0.0, s[-1], np.nan, False, 9.0, np.nan)
     return Cut(
         contrast,
         contrast,

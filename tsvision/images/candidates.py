@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from tsvision.images.axis import Ridge, find_ridges
-from tsvision.images.contrast import core_of, told_by_colour
+from tsvision.images.contrast import core_of
 from tsvision.images.masks import leg_columns, refine, seen_in, single_columns
 from tsvision.images.strip import Axis, cut_strip, straight_axis
 
@@ -67,8 +67,8 @@ def settle(
             support = sum(support_of(m, half, width, between) for m in masks) / len(masks)
             support *= _liveliness(masks, half, width) * (1.0 - seen.shadow.soft)
             support *= float(np.nan_to_num(np.clip(seen.separation / APART, 0.05, 1.0), nan=1.0))
-            by_light = not told_by_colour(seen.weights, seen.by_distance)
-            darker = by_light and core_of(strips, seen.weights, width, between) < 0.0
+            by_light = not seen.signal.in_colour
+            darker = by_light and core_of(strips, seen.signal, width, between) < 0.0
         axis, width = refine(axis, masks, half, width)
     return Trial(axis, width, support, bool(darker), between)
 

@@ -74,7 +74,7 @@ def cord_map(
     """How much each px of a small picture looks like the cord, core about 1."""
     if ground is not None:
         return colour_contrast(linear, ground).astype(np.float32)
-    signal = cv2.GaussianBlur(sight.sense * project(linear, sight.weights), (0, 0), 0.8)
+    signal = cv2.GaussianBlur(sight.sense * project(linear, sight.signal.weights), (0, 0), 0.8)
     size = int(2.0 * sight.width_px * factor) | 1
     stands_out = cv2.morphologyEx(signal, cv2.MORPH_TOPHAT, np.ones((size, size), np.uint8))
     h, w = signal.shape

@@ -19,9 +19,10 @@ from tsvision.images.candidates import line_of_ridge
 from tsvision.images.colour import Ground, learn_ground
 from tsvision.images.contrast import straight_contrast
 from tsvision.images.cord import SHORTEST_WIDTHS, cord_contrast, cord_map, core_mask, follow
-from tsvision.images.linear import LUMA_BGR, to_linear
+from tsvision.images.linear import to_linear
 from tsvision.images.masks import leg_columns, mask_level, single_columns, string_mask
 from tsvision.images.sight import SEARCH_PX, Sight
+from tsvision.images.signal import LUMA
 from tsvision.images.spline import KNOT_WIDTHS, arc_of, smooth, spline_axis
 from tsvision.images.strip import Axis, cut_strip, straight_axis
 
@@ -72,7 +73,7 @@ def find_curve(
     followed one by one.
     """
     # Strands of several colours, once told from the ground, are no shadow and no grain of wood.
-    seen = _straight_px(pictures, sight, roi_px) if sight.by_distance else 0.0
+    seen = _straight_px(pictures, sight, roi_px) if sight.signal.by_distance else 0.0
     found = _find_on(pictures, sight, roi_px, closely, seen)
     if found is not None:
         return found
@@ -85,8 +86,7 @@ def find_curve(
             axis=line_of_ridge(ridge, shape, roi_px),
             width_px=ridge.width_px,
             sense=ridge.sense,
-            weights=LUMA_BGR,
-            by_distance=False,
+            signal=LUMA,
         )
         for ridge in find_ridges(pictures[:1], roi_px)
         if ridge.channel == 0
@@ -115,7 +115,7 @@ def _find_on(
     line = _in_part(sight.axis, x0, y0, factor)
     coloured = learn_ground(linears[0])
     # Strands of several colours show in no one weighted sum of channels.
-    grounds = [coloured] if coloured is None or sight.by_distance else [coloured, None]
+    grounds = [coloured] if coloured is None or sight.signal.by_distance else [coloured, None]
     for ground in grounds:
         maps = [cord_map(p, line, sight, factor, ground) for p in linears]
         path = follow(np.median(maps, axis=0), line, ground is not None)
@@ -155,7 +155,7 @@ def _straight_px(
     for picture in pictures:
         linear = to_linear(_small(picture[y0 : y0 + h, x0 : x0 + w], factor), sight.gamma)
         strip = cut_strip(linear, axis, (0.0, axis.length_px), half)
-        contrast = straight_contrast(strip, sight.weights, width, sight.by_distance)
+        contrast = straight_contrast(strip, sight.signal, width)
         level = max(mask_level(contrast, 1.3 * width), sight.shadow_level)
         lengths.append(single_columns(string_mask(contrast, 0.2 * width, level), half, width).sum())
     return float(np.median(lengths)) / factor
@@ -179,7 +179,7 @@ def _bundle_range(
     for part in parts:
         linear = to_linear(_small(part, factor), sight.gamma)
         strip = cut_strip(linear, axis, (0.0, axis.length_px), half)
-        contrast = straight_contrast(strip, sight.weights, width, sight.by_distance)
+        contrast = straight_contrast(strip, sight.signal, width)
         mask = string_mask(contrast, 0.2 * width, mask_level(contrast, 1.3 * width))
         seen.append(leg_columns(mask, half, width))
     legs = np.mean(seen, axis=0) > 0.5
@@ -222,7 +222,7 @@ def _runs(
     half = int(np.ceil(2.0 * width)) + 4
     reach = 2.0 * width
     strips = [cut_strip(p, axis, (-reach, axis.length_px + reach), half) for p in full]
-    maps = [cord_contrast(s.values, sight.weights, ground, width) for s in strips]
+    maps = [cord_contrast(s.values, sight.signal.weights, ground, width) for s in strips]
     contrast = maps[0] if len(maps) == 1 else _median_of(maps)
     s = strips[0].s_px
     n = np.arange(-half, half + 1)

@@ -8,16 +8,12 @@ import cv2
 import numba
 import numpy as np
 
-from tsvision.images.contrast import (
-    ROUGH,
-    find_hue,
-    find_signal,
-    scaled_contrast,
-    told_by_colour,
-)
+from tsvision.images.contrast import ROUGH, scaled_contrast
 from tsvision.images.percentiles import median
 from tsvision.images.shadow import DARKENS, DEEPEST, NO_SHADOW, Shadow, find_shadow
+from tsvision.images.signal import Signal, Way
 from tsvision.images.strip import Axis, Strip, straight_axis
+from tsvision.images.telling import find_hue, find_signal
 
 DEEPEST_CHROMA = 0.25  # contrast to which blocks of compressed colour reach beside strands
 DEEP_SHADOW = 0.3  # contrast to which it reaches: dim limbs of strings have no more
@@ -63,21 +59,21 @@ def _stands_out(contrast, level):  # pragma: no cover - compiled
 
 def masks_of(
     strips: list[Strip],
-    weights: np.ndarray,
+    signal: Signal,
     width: float,
-    by_distance: bool,
     rough: bool,
     between: bool = False,
 ) -> tuple[list[np.ndarray], Shadow]:
     """Masks of the strings in some strips, and what shadow could be in them. between: whether the
     axis may run between legs most of the way."""
-    scaled = [scaled_contrast(s, weights, width, by_distance, rough, between) for s in strips]
+    scaled = [scaled_contrast(s, signal, width, rough, between) for s in strips]
     least = [mask_level(c, 1.3 * width) for c, _ in scaled]
     # Strands of several colours stand out by several amounts: only what is soft far down may go.
-    by_colour = told_by_colour(weights, by_distance)
-    deepest = (DEEPEST_CHROMA if by_distance else DEEPEST) / (ROUGH if rough else 1.0)
+    deepest = (DEEPEST_CHROMA if signal.by_distance else DEEPEST) / (ROUGH if rough else 1.0)
     shadows = [
-        find_shadow(c, 1.3 * width, low, deepest) if by_colour or black > DARKENS else NO_SHADOW
+        find_shadow(c, 1.3 * width, low, deepest)
+        if signal.in_colour or black > DARKENS
+        else NO_SHADOW
         for (c, black), low in zip(scaled, least, strict=True)
     ]
     shadow = Shadow(*(float(v) for v in np.median([astuple(s) for s in shadows], axis=0)))
@@ -91,9 +87,8 @@ def masks_of(
 class Seen:
     """What tells strings from ground in some strips: see `find_signal`; and their masks."""
 
-    weights: np.ndarray
+    signal: Signal
     separation: float
-    by_distance: bool
     masks: list[np.ndarray]
     shadow: Shadow
 
@@ -101,21 +96,20 @@ class Seen:
 def seen_in(strips: list[Strip], width: float, rough: bool, between: bool = False) -> Seen:
     """The strings in some strips: by what tells them from the ground, or where a deep shadow is
     told from it as well, by a hue that it leaves as it is."""
-    weights, separation, by_distance = find_signal(strips, 0.5 * width, between)
-    masks, shadow = masks_of(strips, weights, width, by_distance, rough, between)
-    seen = Seen(weights, separation, by_distance, masks, shadow)
-    enough = told_by_colour(weights, False) if by_distance else shadow.level <= DEEP_SHADOW
-    if enough:
+    signal, separation = find_signal(strips, 0.5 * width, between)
+    masks, shadow = masks_of(strips, signal, width, rough, between)
+    seen = Seen(signal, separation, masks, shadow)
+    if signal.way is Way.ACROSS or (not signal.by_distance and shadow.level <= DEEP_SHADOW):
         return seen
     hue, apart = find_hue(strips, 0.5 * width, between)
     # With few turns ground lies on the axis most of the way, and nothing stands out there by much:
     # then the better of both serves where it is free of deep shadow itself.
     plain = apart > HUE_APART
-    if not (plain or (apart > separation and not by_distance)):
+    if not (plain or (apart > separation and not signal.by_distance)):
         return seen
-    masks, fainter = masks_of(strips, hue, width, False, rough, between)
+    masks, fainter = masks_of(strips, hue, width, rough, between)
     serves = fainter.level < (shadow.level if plain else min(shadow.level, DEEP_SHADOW))
-    return Seen(hue, apart, False, masks, fainter) if serves else seen
+    return Seen(hue, apart, masks, fainter) if serves else seen
 
 
 def single_columns(mask: np.ndarray, half: int, width: float) -> np.ndarray:

@@ -33,6 +33,7 @@ from tsvision.images.contrast import core_of
 from tsvision.images.linear import to_linear
 from tsvision.images.masks import extent_of, leg_spread, seen_in
 from tsvision.images.motion import motion_picture, moving_share
+from tsvision.images.signal import Signal
 from tsvision.images.strip import Axis, cut_strip, straight_axis
 
 MOVING_SHARE = 0.4  # of the axis' length that moves, from which nothing speaks against it
@@ -46,9 +47,8 @@ class Sight:
     """How to look at every frame of one recording.
 
     axis: s = 0 where the strings' side of the picture begins (refined to the separator's face by
-    the measures), growing towards the motor connector. weights (3,): channel weights of the
-    signal. sense: +1 strings brighter than the ground. width_px: rough outer width of the bundle.
-    by_distance: the signal is the distance from the ground's colour, not a weighted sum.
+    the measures), growing towards the motor connector. signal: in which strings stand out, and
+    sense: +1 where they have more of it than the ground. width_px: rough outer width of the bundle.
     shadow_level: contrast below which cast shadows could be taken for strings (0: nowhere).
     start_px, end_px: s between which strings may lie. connector_px: s of the connector's face,
     NaN when out of view. legs_seen: whether the separator's side was decided by the legs.
@@ -56,7 +56,7 @@ class Sight:
     """
 
     axis: Axis
-    weights: np.ndarray
+    signal: Signal
     sense: int
     width_px: float
     start_px: float
@@ -65,7 +65,6 @@ class Sight:
     legs_seen: bool
     separation: float
     gamma: float
-    by_distance: bool = False
     shadow_level: float = 0.0
     some_dim: bool = True
 
@@ -192,8 +191,8 @@ def _sight_along(
     half = int(np.ceil(4.0 * width)) + 6
     strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
     seen = seen_in(strips, width, False, between)
-    core = core_of(strips, seen.weights, width, between)
-    sense = 1 if core >= 0 or seen.by_distance else -1
+    by_distance = seen.signal.by_distance
+    sense = 1 if by_distance or core_of(strips, seen.signal, width, between) >= 0 else -1
     masks = seen.masks
     near, far = leg_spread(masks, half, width)
     legs = near != far
@@ -208,7 +207,7 @@ def _sight_along(
     start, end, connector = extent_of(masks, half, width)
     return Sight(
         axis=axis,
-        weights=np.asarray(seen.weights),
+        signal=seen.signal,
         sense=sense,
         width_px=width,
         start_px=start,
@@ -217,7 +216,6 @@ def _sight_along(
         legs_seen=bool(legs),
         separation=seen.separation,
         gamma=told.gamma,
-        by_distance=seen.by_distance,
         shadow_level=seen.shadow.level,
     )
 

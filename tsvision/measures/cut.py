@@ -8,7 +8,7 @@ from functools import cached_property
 import numba
 import numpy as np
 
-from tsvision.images.contrast import black_contrast, raw_contrast, told_by_colour
+from tsvision.images.contrast import black_contrast, raw_contrast
 from tsvision.images.ground import nan_median
 from tsvision.images.linear import linear_signal, project, to_linear
 from tsvision.images.masks import mask_level
@@ -87,8 +87,8 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     linear, axis = crop(pixels, sight, low, high, half_px)
     strip = cut_strip(linear, axis, (low, high), half_px)
     inner = GROUND_FROM * sight.width_px
-    contrast = raw_contrast(strip.values, sight.weights, sight.by_distance, inner)
-    light = project(strip.values, np.abs(sight.weights))
+    contrast = raw_contrast(strip.values, sight.signal, inner)
+    light = project(strip.values, np.abs(sight.signal.weights))
     n = np.arange(-half_px, half_px + 1)
     core = nan_median(contrast[np.abs(n) <= max(0.2 * sight.width_px, 1.0)])
     columns = core[~np.isnan(core)] * sight.sense
@@ -108,7 +108,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     # What is told by its colour, or by being darker, does not vanish where no light falls.
     none = np.full(contrast.shape[1], np.nan)
     dim = (none, none)
-    if sight.some_dim and sight.sense > 0 and not sight.by_distance:
+    if sight.some_dim and sight.sense > 0 and not sight.signal.by_distance:
         dim = dim_edges(contrast, silhouette, sight.width_px, strand_px)
     sampled = pixels[::8, ::4]
     saturated = np.count_nonzero(sampled == np.iinfo(pixels.dtype).max) / max(sampled.size, 1)
@@ -123,7 +123,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         abs(ground_noise / level),
         saturated,
         dim,
-        told_by_colour(sight.weights, sight.by_distance),
+        sight.signal.in_colour,
         strip.values[:, ::BLACK_STEP].copy(),
         sight,
     )
@@ -153,9 +153,8 @@ def _black(values: np.ndarray, contrast: np.ndarray, n: np.ndarray, sight: Sight
     beside = np.flatnonzero(np.abs(n) > GROUND_FROM * sight.width_px)[::6]
     strings = values[middle][contrast[middle] > 0.5].reshape(-1, channels)
     ground = np.nanmedian(values[beside].reshape(-1, channels), axis=0)
-    black = black_contrast(strings, ground, sight.weights, sight.by_distance)
-    in_colour = told_by_colour(sight.weights, sight.by_distance)
-    return max(black, 0.0) if in_colour or sight.sense < 0 else black
+    black = black_contrast(strings, ground, sight.signal)
+    return max(black, 0.0) if sight.signal.in_colour or sight.sense < 0 else black
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -183,8 +182,9 @@ def crop(
     if part.size == 0:
         part, x0, y0 = pixels, 0, 0
     moved = Axis(axis.points_px - np.array([x0, y0], dtype=float), axis.arc_px)
-    if not sight.by_distance and np.all(sight.weights >= 0.0):
-        return linear_signal(part, sight.weights, sight.gamma), moved
+    signal = sight.signal
+    if not signal.by_distance and np.all(signal.weights >= 0.0):
+        return linear_signal(part, signal.weights, sight.gamma), moved
     return to_linear(np.ascontiguousarray(part), sight.gamma), moved
 
 

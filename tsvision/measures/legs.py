@@ -138,13 +138,13 @@ def legs_of(
     half = int(1.3 * half_gap) + 4
     linear, axis = crop(picture, sight, low - 3.0, high + 3.0, half)
     strip = cut_strip(linear, axis, (low, high), half)
-    contrast = raw_contrast(strip.values, sight.weights, sight.by_distance, 0.0)
+    contrast = raw_contrast(strip.values, sight.signal, 0.0)
     if np.isnan(contrast).any():  # beyond the view
         return None
     s = strip.s_px
-    if not sight.by_distance:
+    if not sight.signal.by_distance:
         contrast = contrast - row_medians(contrast[::SOME].T).astype(np.float32)
-    contrast = contrast / (abs(cut.core_level) if sight.by_distance else cut.core_level)
+    contrast = contrast / (abs(cut.core_level) if sight.signal.by_distance else cut.core_level)
     sides = []
     for sign in (1.0, -1.0):
         line = sign * half_gap * (apex - s) / (apex - about_px)

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from tsvision.images.contrast import told_by_colour
 from tsvision.images.sight import Sight, Told, find_sights
 from tsvision.measures.count import count_strands
 from tsvision.measures.cut import Cut, cut_frame, find_edges, learn_shading
@@ -129,7 +128,7 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     shading = learn_shading(cuts, 0.5 * strand_px) or _plain(0.5 * strand_px)
     edge = settle(cuts, section, EdgeLook(shading, sight.width_px))
     shading, steady = edge.shading, edge.steady
-    if told_by_colour(sight.weights, sight.by_distance):
+    if sight.signal.in_colour:
         shading = (_in_colour(shading[0]), _in_colour(shading[1]))
         steady = True  # half the resolution and its blocks outdo what frames differ by
     zero, known = _separator_face(ends, zone_px, cuts)

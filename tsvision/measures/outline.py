@@ -61,7 +61,7 @@ def add_outline(
     lower = np.where(edges.lower_weight > MATCHED, edges.lower_px - line, 0.0)
     diameter = row.diameter_px if np.isfinite(row.diameter_px) else looks.diameter_px
     swing, coil_period = middle_swing(upper, lower, diameter)
-    if looks.sight.by_distance and _is_of_strands(near, coil_period):
+    if looks.sight.signal.by_distance and _is_of_strands(near, coil_period):
         swing = 0.0
     period = _period(near, mid, coil_period, looks.diameter_px)
     sd = row.diameter_px_sd if np.isfinite(row.diameter_px_sd) else 0.05 * diameter

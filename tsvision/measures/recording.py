@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsvision.flags import Flag, flags_to_text
-from tsvision.images.contrast import told_by_colour
 from tsvision.images.frames import iter_frames
 from tsvision.measures.alone import explained
 from tsvision.measures.bowed import Bowed, learn_bowed, measure_bowed
@@ -66,7 +65,7 @@ class Measurer:
         decoded in half the time."""
         if self.bowed is not None or self.looks is None:
             return True
-        return told_by_colour(self.looks.sight.weights, self.looks.sight.by_distance)
+        return self.looks.sight.signal.in_colour
 
     def measure(self, frame: Frame, turns: float = float("nan")) -> FrameResult:
         """One frame; never raises on what the picture shows."""

@@ -59,7 +59,7 @@ def measure_rope(
     linear = to_linear(pixels, sight.gamma)
     half = int(np.ceil(2.2 * curve.width_px)) + 6
     strip = cut_strip(linear, curve.axis, (curve.start_px, curve.end_px), half)
-    contrast = cord_contrast(strip.values, sight.weights, curve.ground, curve.width_px)
+    contrast = cord_contrast(strip.values, sight.signal.weights, curve.ground, curve.width_px)
     width, coloured = curve.width_px, curve.ground is not None
     upper, upper_weight = _edge(contrast, half, width, coloured)
     lower, lower_weight = _edge(contrast[::-1], half, width, coloured)

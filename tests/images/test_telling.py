@@ -1,0 +1,84 @@
+"""Which signal is chosen, by samples of colour on the axis and beside it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tsvision.images.signal import Way
+from tsvision.images.strip import Strip
+from tsvision.images.telling import are_both_ways, distance_for, many_coloured
+
+Colour = tuple[float, float, float]
+BLUE, YELLOW = (0.45, 0.25, 0.10), (0.12, 0.40, 0.42)
+
+
+def seen(colour: Colour, count: int, dim: float = 0.8, noise: float = 0.003) -> np.ndarray:
+    """Samples (count, 3) of one colour, lit by `dim` of its light to all of it."""
+    random = np.random.default_rng(round(1e4 * sum(colour)) + count)
+    light = random.uniform(dim, 1.0, (count, 1))
+    return light * np.array(colour) + noise * random.standard_normal((count, 3))
+
+
+def test_two_colours_are_told_on_a_ground_of_uneven_brightness() -> None:
+    """Concrete half in shadow: neither string is brighter or darker than all of it."""
+    concrete = (0.30, 0.31, 0.31)
+    ground = seen(concrete, 1500, 0.3)
+    assert many_coloured(np.concatenate([seen(BLUE, 400, 0.3), seen(YELLOW, 400, 0.3)]), ground)
+    assert not many_coloured(seen(YELLOW, 800, 0.3), ground)
+    assert not many_coloured(seen(concrete, 800, 0.3), ground)
+    # A speck of each colour on an axis that runs over the ground is no string.
+    specks = [seen(BLUE, 60, 0.3), seen(YELLOW, 60, 0.3), seen(concrete, 680, 0.3)]
+    assert not many_coloured(np.concatenate(specks), ground)
+
+
+@pytest.mark.parametrize(("grey", "way"), [(300, Way.ACROSS), (500, Way.DISTANCE)])
+def test_strands_whose_mixture_is_grey_are_told_by_hue(grey: int, way: Way) -> None:
+    """Yellow beside blue on concrete: up to a third of thin strands is where they meet. Where half
+    of what is seen is grey one of them may be, and light has to count too."""
+    each = (1000 - grey) // 2
+    strings = [seen(BLUE, each), seen(YELLOW, each), seen((0.29, 0.33, 0.26), grey)]
+    assert distance_for(np.concatenate(strings), seen((0.18, 0.18, 0.18), 2000)).way is way
+
+
+def test_a_strand_of_the_ground_s_own_hue_does_not_vanish() -> None:
+    """Red beside white on grey: what is white lies along the ground's colour, as its shadows do,
+    and a bundle of both was measured on its red strand."""
+    red, white = (0.17, 0.16, 0.95), (0.9, 0.9, 0.9)
+    ground, blends = seen((0.21, 0.21, 0.21), 2000), seen((0.45, 0.45, 0.93), 150)
+    both = np.concatenate([seen(red, 550), seen(white, 300), blends])
+    assert distance_for(both, ground).way is Way.DISTANCE
+    assert distance_for(np.concatenate([seen(red, 900), blends]), ground).way is Way.ACROSS
+
+
+def test_a_bright_connector_on_the_axis_does_not_say_how_strings_stand_out() -> None:
+    """Red beside black on grey, and a white connector on a fifth of the axis: beside it neither
+    strand stood out, the black one vanished, and a bundle that anyone sees was not measured."""
+    red, black, white = (0.06, 0.05, 0.3), (0.02, 0.02, 0.02), (0.95, 0.88, 0.87)
+    axis = np.concatenate([seen(red, 400), seen(black, 400), seen(white, 200)])
+    assert distance_for(axis, seen((0.2, 0.24, 0.19), 2000)).way is Way.DISTANCE
+
+
+def test_a_black_strand_does_not_vanish_beside_a_far_brighter_one() -> None:
+    """Blue beside black on brown: by the blue ones' measure black hardly differs from the ground,
+    and lit it sends as much as brown in shadow. D and pitch were told in no frame of eight."""
+    blue, black = (1.0, 0.35, 0.15), (0.08, 0.08, 0.08)
+    ground = seen((0.12, 0.16, 0.2), 2000, 0.9, 0.008)
+    axis = np.concatenate([seen(blue, 650, 0.7, 0.008), seen(black, 350, 0.5, 0.008)])
+    assert distance_for(axis, ground).way is Way.DISTANCE
+    both = [seen(blue, 500, 0.4, 0.008), seen((0.1, 0.5, 0.6), 500, 0.4, 0.008)]
+    assert distance_for(np.concatenate(both), ground).way is Way.ACROSS
+
+
+def test_a_connector_brighter_than_the_ground_makes_dark_strands_no_pair() -> None:
+    """Half of the axis darker than the ground, a third brighter: but not in turns."""
+    random = np.random.default_rng(6)
+
+    def strip(turns: float) -> Strip:
+        columns = np.arange(300)
+        values = 0.2 + random.normal(0.0, 0.004, (61, 300))
+        values[24:37] = np.where(np.sin(2 * np.pi * turns * columns / 300) > 0, 0.7, 0.03)
+        return Strip(values.astype(np.float32), 0.0, 30)
+
+    assert are_both_ways([strip(15.0)], 6.0)
+    assert not are_both_ways([strip(1.0)], 6.0)

@@ -1,0 +1,184 @@
+"""Which signal tells strings from their ground, by the colours on the axis and beside it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tsvision.images.cloud import central_cloud
+from tsvision.images.linear import LUMA_BGR, best_weights, project, shadeless_weights
+from tsvision.images.signal import DISTANCE, LUMA, Signal, Way, summed
+from tsvision.images.strip import Strip
+
+FEWEST = 10  # samples
+SAMPLES = 1500  # of a strip, on the axis and beside it
+CORE, GROUND = 0.5, 3.0  # half cores from the axis within and beyond which they lie
+FLOOR = 2e-3  # of full light: what the ground varies by at least
+# With few turns the axis runs between legs most of the way: what shows half of what the strongest
+# tenth of the columns do is the bundle's.
+STRONGEST, BUNDLE = 90.0, 0.5
+
+OTHER_HUE = 4.0  # spreads of the ground's hue from which strings are of another
+SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are of several colours
+FAR = 3.0  # spreads of the ground's colour beyond which a sample's hue is asked for
+LIT = 0.06  # of full light, in all channels: what is darker shows no hue
+OF_ALL, OF_MOST = 0.2, 0.5  # shares of the samples that have to show theirs
+
+# Per cent of the samples on strands of several colours that may lie where two of them meet: there
+# yellow and blue make grey, and more so in the blur of thin strands.
+MIXED = 35.0
+ACROSS = 0.4  # of the ground's light: how far strings stand out across its colour, to rely on it
+# Strands of the ground's own hue, white on grey or black, stand out along its colour alone: by so
+# many times its light, which no mixture of hues does, or darker than a shadow leaves it; and the
+# share of the samples on strings that may.
+BRIGHTER, DARKER, OF_ITS_HUE = 2.0, 0.6, 0.15
+OFF = 5.0  # spreads of the ground's colour from which a sample is not of it
+
+# Spreads of the ground's light from which strands are brighter or darker; the least share of either
+# in a window of so many half cores where both wind about each other; how many windows show both.
+CLEARLY, OF_EITHER, WINDOW, MOSTLY_MIXED = 4.0, 0.2, 6.0, 0.4
+
+
+def find_signal(
+    strips: list[Strip], half_core: float, between: bool = False
+) -> tuple[Signal, float]:
+    """The signal in which strings stand out, and the separation in sd that a weighted sum of
+    channels reaches; NaN without colour, or without ground beside a candidate this wide.
+
+    Strands of several colours differ from the ground in ways that no one weighted sum shows: their
+    distance from its colour does. between: whether the axis may run between legs most of the way.
+    """
+    if strips[0].values.ndim == 2:
+        return DISTANCE if are_both_ways(strips, half_core) else LUMA, float("nan")
+    inner, outer = _samples(strips, half_core, between)
+    if min(len(inner), len(outer)) < FEWEST:
+        return LUMA, float("nan")
+    weights, separation = best_weights(central_cloud(inner), central_cloud(outer))
+    if many_coloured(inner, outer):
+        return distance_for(inner, outer), separation
+    return DISTANCE if are_both_ways(strips, half_core) else summed(weights), separation
+
+
+def find_hue(strips: list[Strip], half_core: float, between: bool = False) -> tuple[Signal, float]:
+    """A signal that shadows on the ground do not change, and the separation in sd that it reaches;
+    0 where there is no colour."""
+    inner, outer = np.zeros((0, 3)), np.zeros((0, 3))
+    if strips[0].values.ndim == 3:
+        inner, outer = _samples(strips, half_core, between)
+    if min(len(inner), len(outer)) < FEWEST:
+        return LUMA, 0.0
+    weights, separation = shadeless_weights(central_cloud(inner), central_cloud(outer))
+    return summed(weights), separation
+
+
+def of_bundle(strengths: np.ndarray) -> np.ndarray:
+    """Which columns (M,) stand out as the bundle does, and not as ground between legs."""
+    return np.asarray(strengths >= BUNDLE * np.percentile(strengths, STRONGEST))
+
+
+def _samples(strips: list[Strip], half_core: float, between: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Colours (K, 3) on the axis of some strips, and (L, 3) on the ground beside it."""
+    core, ground = [], []
+    for strip in strips:
+        axis, beside = _rows(strip, half_core)
+        outer = beside.reshape(-1, 3)
+        inner = (_off_ground(axis, outer) if between else axis).reshape(-1, 3)
+        core.append(_some(inner))
+        ground.append(_some(outer))
+    inner, outer = np.concatenate(core), np.concatenate(ground)
+    return inner[~np.isnan(inner).any(1)], outer[~np.isnan(outer).any(1)]
+
+
+def _rows(strip: Strip, half_core: float) -> tuple[np.ndarray, np.ndarray]:
+    """A strip's values on its axis and on the ground beside it."""
+    n = np.abs(np.arange(-strip.half_px, strip.half_px + 1))
+    return strip.values[n < max(CORE * half_core, 1.0)], strip.values[n > GROUND * half_core]
+
+
+def _some(samples: np.ndarray) -> np.ndarray:
+    return samples[:: max(1, len(samples) // SAMPLES)]
+
+
+def _off_ground(axis: np.ndarray, outer: np.ndarray) -> np.ndarray:
+    """Those columns of what lies on the axis (K, M, 3) that are unlike the ground (n, 3)."""
+    ground = outer[~np.isnan(outer).any(axis=1)]
+    if not len(ground):
+        return axis
+    away = np.linalg.norm(np.median(axis, axis=0) - np.median(ground, axis=0), axis=1)
+    known = np.isfinite(away)
+    if not known.any():
+        return axis
+    return axis[:, known][:, of_bundle(away[known])]
+
+
+def many_coloured(inner: np.ndarray, outer: np.ndarray) -> bool:
+    """Whether the samples on the strings are of several hues: their chromaticity, which shading
+    leaves alone, spreads. inner, outer: (n, 3) linear BGR on the axis and beside it."""
+    ground, lit = np.median(outer, axis=0), inner.sum(axis=1) > LIT
+    spread = _spread(np.abs(outer - ground))
+    far = np.sqrt((((inner - ground) / spread) ** 2).mean(axis=1)) > FAR
+    if _hues(inner[far & lit], len(inner), OF_ALL) > SEVERAL_HUES:
+        return True
+    # On a ground of uneven brightness strings are told by hue alone, and then most of them.
+    plain = _hue_of(outer)
+    middle = np.median(plain, axis=0)
+    away = np.linalg.norm(_hue_of(inner) - middle, axis=1)
+    typical = _spread(np.linalg.norm(plain - middle, axis=1))
+    return _hues(inner[(away > OTHER_HUE * typical) & lit], len(inner), OF_MOST) > SEVERAL_HUES
+
+
+def _spread(away: np.ndarray) -> np.ndarray:
+    """Robust sd of what lies so far from its median, along the first axis."""
+    return np.asarray(1.4826 * np.median(away, axis=0) + FLOOR)
+
+
+def _hue_of(samples: np.ndarray) -> np.ndarray:
+    return samples / np.maximum(np.linalg.norm(samples, axis=1, keepdims=True), 1e-9)
+
+
+def _hues(strings: np.ndarray, of: int, least_share: float) -> float:
+    """How far the hues of samples (n, 3) spread; 0 when they are too few of all."""
+    if len(strings) < max(least_share * of, 4):
+        return 0.0
+    low, high = np.percentile(_hue_of(strings), [25.0, 75.0], axis=0)
+    return float(np.linalg.norm(high - low))
+
+
+def distance_for(inner: np.ndarray, outer: np.ndarray) -> Signal:
+    """The distance for strings of several colours: across the ground's own where they stand out
+    there, so that light and shadow on the ground need not count; in all directions elsewhere."""
+    ground = np.median(outer, axis=0)
+    light = float(np.linalg.norm(ground))
+    unit = ground / max(light, 1e-9)
+    away = inner - ground
+    # However bright the brightest on the axis is - a connector, strands of the other colour.
+    plain = float(np.median(np.linalg.norm(outer - ground, axis=1)))
+    out = np.linalg.norm(away, axis=1) > OFF * plain
+    away = away[out] if out.any() else away
+    along = away @ unit
+    across = np.linalg.norm(away - along[:, None] * unit, axis=1)
+    noise = np.median(np.linalg.norm(outer - (outer @ unit)[:, None] * unit, axis=1))
+    least = max(ACROSS * light, OFF * noise)
+    of_its_hue = (across < least) & ((along > BRIGHTER * light) | (along < -DARKER * light))
+    enough = np.percentile(across, MIXED) > least and of_its_hue.mean() < OF_ITS_HUE
+    return Signal(Way.ACROSS, unit.astype(np.float32)) if enough else DISTANCE
+
+
+def are_both_ways(strips: list[Strip], half_core: float) -> bool:
+    """Whether strands brighter than the ground wind about darker ones, black and white on grey.
+
+    Both are then found in every few widths of the axis; a connector and the strings before it, or
+    the gleam of dark strings, are not.
+    """
+    mixed = []
+    for strip in strips:
+        axis, outer = (project(rows, LUMA_BGR) for rows in _rows(strip, half_core))
+        outer = outer[np.isfinite(outer)]
+        if not outer.size:
+            continue
+        ground = float(np.median(outer))
+        least = CLEARLY * _spread(np.abs(outer - ground))
+        window = max(round(WINDOW * half_core), 1)
+        for first in range(0, axis.shape[1] - window + 1, window):
+            some = axis[:, first : first + window] - ground
+            mixed.append(min((some > least).mean(), (some < -least).mean()) > OF_EITHER)
+    return len(mixed) > 0 and float(np.mean(mixed)) > MOSTLY_MIXED
