@@ -7,7 +7,7 @@ import pytest
 
 from tsvision.images.signal import Way
 from tsvision.images.strip import Strip
-from tsvision.images.telling import are_both_ways, distance_for, many_coloured
+from tsvision.images.telling import are_both_ways, distance_for, find_signal, many_coloured
 
 Colour = tuple[float, float, float]
 BLUE, YELLOW = (0.45, 0.25, 0.10), (0.12, 0.40, 0.42)
@@ -82,3 +82,16 @@ def test_a_connector_brighter_than_the_ground_makes_dark_strands_no_pair() -> No
 
     assert are_both_ways([strip(15.0)], 6.0)
     assert not are_both_ways([strip(1.0)], 6.0)
+
+
+def test_a_plate_across_the_view_is_not_what_stands_out_on_the_axis() -> None:
+    """Black strings in a film of the separator: they lie on the axis for a third of its length, and
+    its lavender plate for a fifth. The plate's hue was sought, and a leg measured."""
+    random = np.random.default_rng(4)
+    light = random.uniform(0.7, 1.3, (1, 400, 1))  # uneven, as far as luma is concerned
+    values = 0.13 * light + random.normal(0.0, 0.004, (81, 400, 3))
+    values[32:49, :130] = 0.02 + 0.02 * random.random((17, 130, 1))
+    values[:, 320:] = light[:, 320:] * (0.4, 0.2, 0.2)
+    strip = Strip(values.astype(np.float32), 0.0, 40)
+    signal, _ = find_signal([strip], 8.0, between=True)
+    assert signal.way is Way.LUMA

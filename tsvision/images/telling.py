@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from tsvision.images.cloud import central_cloud
+from tsvision.images.ground import nan_median
 from tsvision.images.linear import LUMA_BGR, best_weights, project, shadeless_weights
 from tsvision.images.signal import DISTANCE, LUMA, Signal, Way, summed
 from tsvision.images.strip import Strip
 
 FEWEST = 10  # samples
 SAMPLES = 1500  # of a strip, on the axis and beside it
+ROWS = 24  # beside it, of which the ground's colour is asked for
 CORE, GROUND = 0.5, 3.0  # half cores from the axis within and beyond which they lie
 FLOOR = 2e-3  # of full light: what the ground varies by at least
 # With few turns the axis runs between legs most of the way: what shows half of what the strongest
@@ -80,10 +82,9 @@ def _samples(strips: list[Strip], half_core: float, between: bool) -> tuple[np.n
     core, ground = [], []
     for strip in strips:
         axis, beside = _rows(strip, half_core)
-        outer = beside.reshape(-1, 3)
-        inner = (_off_ground(axis, outer) if between else axis).reshape(-1, 3)
-        core.append(_some(inner))
-        ground.append(_some(outer))
+        inner = _off_ground(axis, beside) if between else axis
+        core.append(_some(inner.reshape(-1, 3)))
+        ground.append(_some(beside.reshape(-1, 3)))
     inner, outer = np.concatenate(core), np.concatenate(ground)
     return inner[~np.isnan(inner).any(1)], outer[~np.isnan(outer).any(1)]
 
@@ -98,12 +99,12 @@ def _some(samples: np.ndarray) -> np.ndarray:
     return samples[:: max(1, len(samples) // SAMPLES)]
 
 
-def _off_ground(axis: np.ndarray, outer: np.ndarray) -> np.ndarray:
-    """Those columns of what lies on the axis (K, M, 3) that are unlike the ground (n, 3)."""
-    ground = outer[~np.isnan(outer).any(axis=1)]
-    if not len(ground):
-        return axis
-    away = np.linalg.norm(np.median(axis, axis=0) - np.median(ground, axis=0), axis=1)
+def _off_ground(axis: np.ndarray, beside: np.ndarray) -> np.ndarray:
+    """Those columns of what lies on the axis (K, M, 3) that are unlike what lies beside it there
+    (R, M, 3): the separator's plate, which lies across the strip, is not."""
+    some = beside[:: max(1, len(beside) // ROWS)]
+    ground = np.stack([nan_median(some[..., c]) for c in range(3)], axis=1)
+    away = np.linalg.norm(np.median(axis, axis=0) - ground, axis=1)
     known = np.isfinite(away)
     if not known.any():
         return axis
