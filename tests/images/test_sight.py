@@ -166,6 +166,23 @@ def test_a_hue_is_asked_for_only_where_a_shadow_is_deep() -> None:
     assert sight.width_px == pytest.approx(BUNDLE_PX, abs=3.0)
 
 
+def test_an_uneven_ground_is_no_shadow() -> None:
+    """Red strings on sand of light and dark patches: a hue was asked for though no shadow is there,
+    whose limbs are dim and whose edges are blurred, and D was found 6 % too large."""
+    random = np.random.default_rng(5)
+    patches = cv2.GaussianBlur(random.normal(0.0, 1.0, (HEIGHT_PX, WIDTH_PX)), (0, 0), 8.0)
+    patches = 1.0 + 0.08 * (patches / patches.std())[..., None]
+    film = bundle_film((0.3, 0.45, 0.5), ((0.08, 0.08, 0.45),))
+    # Not the strings themselves, which are what is red.
+    uneven = [
+        np.where(p[..., 2:] > 1.5 * p[..., :1] + 9, p, p * patches ** (1 / 2.2)) for p in film
+    ]
+    sight = find_sight([np.clip(np.round(p), 0, 255).astype(np.uint8) for p in uneven])
+    assert sight is not None
+    assert sight.signal.way is Way.LUMA
+    assert sight.width_px == pytest.approx(BUNDLE_PX, abs=2.0)
+
+
 def test_shadow_level_lies_above_a_soft_border_only() -> None:
     n = np.arange(-40, 41)[:, None] + np.zeros(200)
     noise = np.random.default_rng(1).normal(0.0, 0.01, n.shape)

@@ -17,6 +17,8 @@ from tsvision.images.telling import find_hue, find_signal
 
 DEEPEST_CHROMA = 0.25  # contrast to which blocks of compressed colour reach beside strands
 DEEP_SHADOW = 0.3  # contrast to which it reaches: dim limbs of strings have no more
+SHADED = 1.1  # times as wide as by a hue, from which a bundle may be seen with its shadow
+NEAR_AXIS = 1.3  # widths beside the axis that hold no legs yet
 HUE_APART = 1.5  # sd from which a hue tells strings from ground
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
 
@@ -94,8 +96,8 @@ class Seen:
 
 
 def seen_in(strips: list[Strip], width: float, rough: bool, between: bool = False) -> Seen:
-    """The strings in some strips: by what tells them from the ground, or where a deep shadow is
-    told from it as well, by a hue that it leaves as it is."""
+    """The strings in some strips: by what tells them from the ground, or where a deep shadow may
+    be told from it as well, by a hue that it leaves as it is."""
     signal, separation = find_signal(strips, 0.5 * width, between)
     masks, shadow = masks_of(strips, signal, width, rough, between)
     seen = Seen(signal, separation, masks, shadow)
@@ -107,9 +109,28 @@ def seen_in(strips: list[Strip], width: float, rough: bool, between: bool = Fals
     plain = apart > HUE_APART
     if not (plain or (apart > separation and not signal.by_distance)):
         return seen
-    masks, fainter = masks_of(strips, hue, width, rough, between)
-    serves = fainter.level < (shadow.level if plain else min(shadow.level, DEEP_SHADOW))
-    return Seen(hue, apart, masks, fainter) if serves else seen
+    fainter, there = masks_of(strips, hue, width, rough, between)
+    if there.level >= (shadow.level if plain else min(shadow.level, DEEP_SHADOW)):
+        return seen
+    # An uneven ground hides shadows; but what is no wider than where they do not count shows none.
+    # Between legs ground lies on the axis, and says less of what is seen there.
+    plainly = not between and not signal.by_distance and shadow.none_found
+    if plainly and _wider(masks, fainter, width) < SHADED:
+        return seen
+    return Seen(hue, apart, fainter, there)
+
+
+def _wider(masks: list[np.ndarray], others: list[np.ndarray], width: float) -> float:
+    """How many times as many rows near the axis masks (R, M) have as others where these have any
+    on it, the median over columns; infinity where they have none."""
+    shares = []
+    for mask, other in zip(masks, others, strict=True):
+        half, near = mask.shape[0] // 2, int(NEAR_AXIS * width)
+        rows, fewer = (m[max(half - near, 0) : half + near + 1] for m in (mask, other))
+        seen = other[half] > 0
+        shares.append(rows[:, seen].sum(axis=0) / fewer[:, seen].sum(axis=0))
+    ratios = np.concatenate(shares)
+    return float(np.median(ratios)) if ratios.size else float("inf")
 
 
 def single_columns(mask: np.ndarray, half: int, width: float) -> np.ndarray:

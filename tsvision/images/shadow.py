@@ -22,13 +22,20 @@ MOST_SOFT = 0.2  # share of borders that may be soft
 @dataclass(frozen=True)
 class Shadow:
     """level: contrast below which a cast shadow could be taken for strings. soft: share of the
-    borders at that level which are soft all the same: much where there is little but shadow."""
+    borders at that level which are soft all the same: much where there is little but shadow.
+    least: contrast that the ground varies by, below which nothing was looked for."""
 
     level: float
     soft: float
+    least: float
+
+    @property
+    def none_found(self) -> bool:
+        """Whether it is the ground alone that says from which contrast on strings are seen."""
+        return self.level <= self.least
 
 
-NO_SHADOW = Shadow(0.0, 0.0)
+NO_SHADOW = Shadow(0.0, 0.0, 0.0)
 
 
 def find_shadow(
@@ -40,12 +47,12 @@ def find_shadow(
     reach = max(int(inner_px), 4)
     part = np.nan_to_num(contrast[max(half - reach, 0) : half + reach + 1]).astype(np.float32)
     if min(part.shape) < 4:
-        return Shadow(least, 0.0)
+        return Shadow(least, 0.0, least)
     part = cv2.GaussianBlur(part, (3, 3), 0.6)
     levels = np.arange(least, max(deepest, least) + 0.01, 0.05)
     steps = [_steps(part, float(level)) for level in levels]
     if steps[0].size < 20:
-        return Shadow(least, 0.0)
+        return Shadow(least, 0.0, least)
     # A blurred step is steepest half way up.
     shape = norm.pdf(norm.ppf(np.clip(levels, 0.05, 0.95))) / norm.pdf(0.0)
     sharp = [np.percentile(s, 75.0) / f for s, f in zip(steps, shape, strict=True) if s.size >= 20]
@@ -55,7 +62,7 @@ def find_shadow(
     )
     fit = np.flatnonzero(share < MOST_SOFT)
     chosen = int(fit[0] if fit.size else share.argmin())
-    return Shadow(float(levels[chosen]), float(share[chosen]))
+    return Shadow(float(levels[chosen]), float(share[chosen]), float(levels[0]))
 
 
 def _steps(part: np.ndarray, level: float) -> np.ndarray:
