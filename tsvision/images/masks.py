@@ -17,7 +17,7 @@ from tsvision.images.telling import find_hue, find_signal
 
 DEEPEST_CHROMA = 0.25  # contrast to which blocks of compressed colour reach beside strands
 DEEP_SHADOW = 0.3  # contrast to which it reaches: dim limbs of strings have no more
-SHADED = 1.1  # times as wide as by a hue, from which a bundle may be seen with its shadow
+WITH_SHADOW = 1.1  # times as wide as by a hue, from which a bundle may be seen with its shadow
 NEAR_AXIS = 1.3  # widths beside the axis that hold no legs yet
 HUE_APART = 1.5  # sd from which a hue tells strings from ground
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
@@ -115,7 +115,7 @@ def seen_in(strips: list[Strip], width: float, rough: bool, between: bool = Fals
     # An uneven ground hides shadows; but what is no wider than where they do not count shows none.
     # Between legs ground lies on the axis, and says less of what is seen there.
     plainly = not between and not signal.by_distance and shadow.none_found
-    if plainly and _wider(masks, fainter, width) < SHADED:
+    if plainly and _wider(masks, fainter, width) < WITH_SHADOW:
         return seen
     return Seen(hue, apart, fainter, there)
 
