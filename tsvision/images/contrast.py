@@ -12,7 +12,7 @@ from tsvision.images.telling import of_bundle
 
 DIM = 0.4  # of the core's light: a limb's
 ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
-GROUND_FROM = 1.3  # widths from the axis
+GROUND_FROM = 1.3  # widths from the axis; nearer lie the strings, and no legs yet
 
 
 def raw_contrast(values: np.ndarray, signal: Signal, inner_px: float) -> np.ndarray:

@@ -17,7 +17,7 @@ import numpy as np
 from tsvision.images.axis import find_ridges
 from tsvision.images.candidates import line_of_ridge
 from tsvision.images.colour import Ground, learn_ground
-from tsvision.images.contrast import straight_contrast
+from tsvision.images.contrast import GROUND_FROM, straight_contrast
 from tsvision.images.cord import SHORTEST_WIDTHS, cord_contrast, cord_map, core_mask, follow
 from tsvision.images.linear import to_linear
 from tsvision.images.masks import leg_columns, mask_level, single_columns, string_mask
@@ -156,7 +156,7 @@ def _straight_px(
         linear = to_linear(_small(picture[y0 : y0 + h, x0 : x0 + w], factor), sight.gamma)
         strip = cut_strip(linear, axis, (0.0, axis.length_px), half)
         contrast = straight_contrast(strip, sight.signal, width)
-        level = max(mask_level(contrast, 1.3 * width), sight.shadow_level)
+        level = max(mask_level(contrast, GROUND_FROM * width), sight.shadow_level)
         lengths.append(single_columns(string_mask(contrast, 0.2 * width, level), half, width).sum())
     return float(np.median(lengths)) / factor
 
@@ -180,7 +180,7 @@ def _bundle_range(
         linear = to_linear(_small(part, factor), sight.gamma)
         strip = cut_strip(linear, axis, (0.0, axis.length_px), half)
         contrast = straight_contrast(strip, sight.signal, width)
-        mask = string_mask(contrast, 0.2 * width, mask_level(contrast, 1.3 * width))
+        mask = string_mask(contrast, 0.2 * width, mask_level(contrast, GROUND_FROM * width))
         seen.append(leg_columns(mask, half, width))
     legs = np.mean(seen, axis=0) > 0.5
     first, last = _stretch(legs, int(width))

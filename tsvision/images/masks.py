@@ -8,7 +8,7 @@ import cv2
 import numba
 import numpy as np
 
-from tsvision.images.contrast import ROUGH, scaled_contrast
+from tsvision.images.contrast import GROUND_FROM, ROUGH, scaled_contrast
 from tsvision.images.percentiles import median
 from tsvision.images.shadow import DARKENS, DEEPEST, NO_SHADOW, Shadow, find_shadow
 from tsvision.images.signal import Signal, Way
@@ -18,7 +18,6 @@ from tsvision.images.telling import find_hue, find_signal
 DEEPEST_CHROMA = 0.25  # contrast to which blocks of compressed colour reach beside strands
 DEEP_SHADOW = 0.3  # contrast to which it reaches: dim limbs of strings have no more
 WITH_SHADOW = 1.1  # times as wide as by a hue, from which a bundle may be seen with its shadow
-NEAR_AXIS = 1.3  # widths beside the axis that hold no legs yet
 HUE_APART = 1.5  # sd from which a hue tells strings from ground
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
 
@@ -69,11 +68,11 @@ def masks_of(
     """Masks of the strings in some strips, and what shadow could be in them. between: whether the
     axis may run between legs most of the way."""
     scaled = [scaled_contrast(s, signal, width, rough, between) for s in strips]
-    least = [mask_level(c, 1.3 * width) for c, _ in scaled]
+    least = [mask_level(c, GROUND_FROM * width) for c, _ in scaled]
     # Strands of several colours stand out by several amounts: only what is soft far down may go.
     deepest = (DEEPEST_CHROMA if signal.by_distance else DEEPEST) / (ROUGH if rough else 1.0)
     shadows = [
-        find_shadow(c, 1.3 * width, low, deepest)
+        find_shadow(c, GROUND_FROM * width, low, deepest)
         if signal.in_colour or black > DARKENS
         else NO_SHADOW
         for (c, black), low in zip(scaled, least, strict=True)
@@ -125,7 +124,7 @@ def _wider(masks: list[np.ndarray], others: list[np.ndarray], width: float) -> f
     on it, the median over columns; infinity where they have none."""
     shares = []
     for mask, other in zip(masks, others, strict=True):
-        half, near = mask.shape[0] // 2, int(NEAR_AXIS * width)
+        half, near = mask.shape[0] // 2, int(GROUND_FROM * width)
         rows, fewer = (m[max(half - near, 0) : half + near + 1] for m in (mask, other))
         seen = other[half] > 0
         shares.append(rows[:, seen].sum(axis=0) / fewer[:, seen].sum(axis=0))
