@@ -17,11 +17,13 @@ from tsvision.measures.cut import Cut, cut_frame, find_edges, learn_shading
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.gap import Gap, gap_from_legs
 from tsvision.measures.handedness import slope_between
+from tsvision.measures.leg_gauge import gauge_from_legs, gauged
 from tsvision.measures.legs import Face, face_from_legs
 from tsvision.measures.section import pair_core
 from tsvision.measures.settle import EdgeLook, settle
 from tsvision.measures.shading import Shading, plain_shading
 from tsvision.measures.silhouette import Section
+from tsvision.measures.uncertainty import light_sd_px
 from tsvision.records import Rig, Scale
 
 SAMPLED_FRAMES = 8
@@ -30,6 +32,7 @@ UNLEARNABLE = (ValueError, FloatingPointError, ZeroDivisionError, np.linalg.LinA
 # Of the section's width: what is thinner is no bundle of these strands but one leg of two, which
 # has half of them; as wide comes a bundle that coils; what is wider is a plate, or both legs.
 THIN, WIDE = 0.6, 2.2
+UNTOLD_PX = 1.0  # of a width, by which light and shape are unsure, from which on legs are asked
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
 
 
@@ -143,6 +146,14 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         if face is not None and abs(face.s_px - zero) > NEAR_SHARE * zone_px:
             face = None
         zero = zero if face is None else face.s_px
+    diameter = edge.diameter_px
+    if count == 2 and known and light_sd_px(shading) > UNTOLD_PX:
+        d_px = rig.strings.diameter_mm / scale.mm_per_px
+        half_px = 0.5 * gap_px if face is None else face.half_gap_px
+        gauge = gauge_from_legs(pairs, sight, shading, zero, ends.plate_px, half_px, d_px)
+        if gauge is not None:
+            shading, wider = gauged(shading, gauge)
+            diameter += wider
     return Looks(
         sight=sight,
         section=section,
@@ -152,8 +163,8 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         shading=shading,
         trust=edge.trust,
         steady=steady,
-        diameter_px=edge.diameter_px,
-        half_px=max(half, int(np.ceil(2.2 * edge.diameter_px)) + 6),
+        diameter_px=diameter,
+        half_px=max(half, int(np.ceil(2.2 * diameter)) + 6),
         ends=ends,
         scale=scale,
         zero_px=zero,
@@ -162,7 +173,7 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         hole_distance_mm=rig.actuator.hole_distance_mm,
         face=face,
         gap=gap,
-        slope_sum=_slope_sum(cuts, shading, edge.diameter_px),
+        slope_sum=_slope_sum(cuts, shading, diameter),
         possible_px=(least_px, most_px),
     )
 
