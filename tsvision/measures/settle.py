@@ -63,6 +63,11 @@ class EdgeLook:
         """How far the edges went in the last round."""
         return max(abs(place) for place in self.places_px)
 
+    @property
+    def settled_px(self) -> float:
+        """D of the same bundles, were their edges where the last round saw the true ones."""
+        return self.diameter_px - sum(self.places_px)
+
 
 def settle(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
     """The look of the edges in some frames, from what a first glance took them for."""
@@ -72,12 +77,20 @@ def settle(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
 
 def _settled(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
     looks = [first]
+    ahead = None  # the round after, where it is known
     for turn in range(1, ROUNDS[2] + 1):
         if turn > ROUNDS[1] and not looks[-1].moved_px < looks[-2].moved_px:
             break
-        looks.append(_again(cuts, section, looks[-1]))
-        if turn >= ROUNDS[0] and looks[-1].moved_px < SETTLED_PX:
-            return looks[-1]
+        look = ahead or _again(cuts, section, looks[-1])
+        looks.append(look)
+        if turn >= ROUNDS[0] and look.moved_px < SETTLED_PX:
+            ahead = _again(cuts, section, look)
+            if abs(ahead.diameter_px - look.settled_px) < max(
+                light_sd_px(look.shading), SETTLED_PX
+            ):
+                return look
+        else:
+            ahead = None
     return _shifted(cuts, section, _unstrained(looks[1:]))
 
 
