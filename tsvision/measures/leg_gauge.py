@@ -23,8 +23,9 @@ from tsvision.measures.sums import deviation
 from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR, light_sd_px
 
 # What a leg's width is off by is a bundle's to so many px, and to such a share (path-traced films
-# of two strings, seventeen of which light tells well: 0.22 px apart).
-TRANSFER_PX, TRANSFER_SHARE = 0.25, 0.1
+# of two strings: 0.22 px apart in seventeen that light tells well, a fifth in four with a limb
+# that it does not).
+TRANSFER_PX, TRANSFER_SHARE = 0.25, 0.2
 STRAND_SHARE = 0.03  # of its stated diameter, by which a string is thicker or thinner
 STEEPEST = 1.0  # slope of a leg: a steeper one turns other limbs to the lamp than the bundle does
 BLURS = 4.0  # that a leg must be wide: else what is seen of one edge holds some of the other
@@ -83,9 +84,9 @@ def gauged(
     """The shading with both edges moved by what the legs tell, as far as light and shape are less
     sure of the width than they; and by how much, px, that makes a bundle wider."""
     light = light_sd_px(shading)
-    share = light**2 / (light**2 + gauge.sd_px**2)
+    share = float(light**2 / (light**2 + gauge.sd_px**2))
     wider = -share * gauge.wide_px
-    place_sd = float(np.sqrt(share)) * gauge.sd_px / EDGE_MODEL_FACTOR / np.sqrt(2.0)
+    place_sd = float(np.sqrt(share / 2.0)) * gauge.sd_px / EDGE_MODEL_FACTOR
     upper, lower = (
         replace(s, beyond_px=s.beyond_px + 0.5 * wider, place_sd_px=place_sd) for s in shading
     )
