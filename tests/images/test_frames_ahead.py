@@ -68,3 +68,21 @@ next(left)
     for _ in range(3):
         done = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=60)
         assert done.returncode == 0, done.stderr.decode()
+
+
+def test_an_interrupt_before_the_thread_runs_ends_cleanly() -> None:
+    """Ctrl-C between naming a thread and its first breath: joining it at exit raised."""
+    program = """
+import threading
+from tsvision.images import frames_ahead
+frames_ahead._cores = lambda: 2
+def interrupted(thread):
+    raise KeyboardInterrupt
+threading.Thread.start = interrupted
+try:
+    next(frames_ahead.ahead(lambda: iter(range(9)), 2))
+except KeyboardInterrupt:
+    pass
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=60)
+    assert done.returncode == 0 and not done.stderr, done.stderr.decode()

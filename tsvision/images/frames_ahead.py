@@ -22,7 +22,8 @@ def _stop_all() -> None:
     for _, stopped in running:
         stopped.set()
     for thread, _ in running:
-        thread.join(timeout=10)
+        if thread.is_alive():  # an interrupt may have come before it was
+            thread.join(timeout=10)
 
 
 def _cores() -> int:
