@@ -17,7 +17,7 @@ import pytest
 
 from synth.build import make_settings
 from synth.recording import write_recording
-from synth.settings import Strings
+from synth.settings import Settings, Strings
 from tsvision.images.frames import open_recording
 from tsvision.measures import frame
 from tsvision.measures.recording import Measurer, measure_frames
@@ -46,7 +46,11 @@ def rendered(
     """(measured, truth) of a small clean recording."""
     changes = SIZE | {"hidden.slip": slip}
     strings = Strings(count=count)
-    settings = make_settings(TURNS[count], look=look, strings=strings, changes=changes)
+    return filmed(folder, make_settings(TURNS[count], look=look, strings=strings, changes=changes))
+
+
+def filmed(folder: Path, settings: Settings) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """(measured, truth) of what is rendered by some settings."""
     write_recording(folder, settings)
     return measured(folder)[0], pd.read_parquet(folder / "truth.parquet")
 
@@ -185,9 +189,7 @@ def test_a_limb_that_sends_no_light_is_placed_by_the_outline(tmp_path: Path) -> 
     settings = make_settings(
         (5.0, 9.0, 13.0, 17.0), look="side_lit", strings=Strings(count=2), changes=changes
     )
-    write_recording(tmp_path / "film", settings)
-    seen = measured(tmp_path / "film")[0]
-    truth = pd.read_parquet(tmp_path / "film" / "truth.parquet")
+    seen, truth = filmed(tmp_path / "film", settings)
     error = (seen["diameter_px"] - truth["diameter_px"]).abs()
     assert error.max() < 0.8
     assert (error < 2.0 * seen["diameter_px_sd"]).all()
@@ -204,9 +206,7 @@ def test_learning_that_only_seems_to_have_settled_goes_on(tmp_path: Path) -> Non
         strings=Strings(count=2),
         changes={"camera.width_px": 1280, "camera.height_px": 480},
     )
-    write_recording(tmp_path / "film", settings)
-    seen = measured(tmp_path / "film")[0]
-    truth = pd.read_parquet(tmp_path / "film" / "truth.parquet")
+    seen, truth = filmed(tmp_path / "film", settings)
     error = (seen["diameter_px"] - truth["diameter_px"]).abs()
     assert error.median() < 1.2
     assert (error < 2.2 * seen["diameter_px_sd"]).all()

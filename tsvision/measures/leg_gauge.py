@@ -18,6 +18,7 @@ from tsvision.images.sight import Sight
 from tsvision.images.strip import straight_axis
 from tsvision.measures.cut import Cut, cut_frame, find_edges
 from tsvision.measures.legs import legs_of
+from tsvision.measures.line import line_through
 from tsvision.measures.shading import Shading
 from tsvision.measures.sums import deviation
 from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR, light_sd_px
@@ -26,6 +27,7 @@ from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR, light_sd_px
 # of two strings: 0.22 px apart in seventeen that light tells well, a fifth in four with a limb
 # that it does not).
 TRANSFER_PX, TRANSFER_SHARE = 0.25, 0.2
+ALONE_SHARE = 0.2  # of its diameter, by which a string seen in one picture may be misread
 STRAND_SHARE = 0.03  # of its stated diameter, by which a string is thicker or thinner
 STEEPEST = 1.0  # slope of a leg: a steeper one turns other limbs to the lamp than the bundle does
 BLURS = 4.0  # that a leg must be wide: else what is seen of one edge holds some of the other
@@ -73,7 +75,7 @@ def gauge_from_legs(
     if seen.size == 0:
         return None
     wide = float(np.median(seen))
-    apart = deviation(seen) if seen.size > 1 else TRANSFER_SHARE * strand_px
+    apart = deviation(seen) if seen.size > 1 else ALONE_SHARE * strand_px
     parts = TRANSFER_PX, TRANSFER_SHARE * wide, STRAND_SHARE * strand_px, apart
     return LegGauge(wide, float(np.linalg.norm(parts)))
 
@@ -101,7 +103,7 @@ def _width_px(
     strand_px: float,
 ) -> float:
     """Of a leg, columns and middles (2, M), px; NaN where too little of it is told."""
-    slope, constant = np.polyfit(leg[0], leg[1], 1)
+    constant, slope = line_through(*leg)
     if abs(slope) > STEEPEST:
         return float("nan")
     s = np.array([leg[0].min(), leg[0].max()])

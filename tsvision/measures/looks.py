@@ -149,8 +149,8 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     diameter = edge.diameter_px
     if count == 2 and known and light_sd_px(shading) > UNTOLD_PX:
         d_px = rig.strings.diameter_mm / scale.mm_per_px
-        half_px = 0.5 * gap_px if face is None else face.half_gap_px
-        gauge = gauge_from_legs(pairs, sight, shading, zero, ends.plate_px, half_px, d_px)
+        half_gap_px = 0.5 * gap_px if face is None else face.half_gap_px
+        gauge = gauge_from_legs(pairs, sight, shading, zero, ends.plate_px, half_gap_px, d_px)
         if gauge is not None:
             shading, wider = gauged(shading, gauge)
             diameter += wider

@@ -81,17 +81,20 @@ def _settled(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
     for turn in range(1, ROUNDS[2] + 1):
         if turn > ROUNDS[1] and not looks[-1].moved_px < looks[-2].moved_px:
             break
-        look = ahead or _again(cuts, section, looks[-1])
-        looks.append(look)
-        if turn >= ROUNDS[0] and look.moved_px < SETTLED_PX:
-            ahead = _again(cuts, section, look)
-            if abs(ahead.diameter_px - look.settled_px) < max(
-                light_sd_px(look.shading), SETTLED_PX
-            ):
-                return look
-        else:
-            ahead = None
+        looks.append(ahead or _again(cuts, section, looks[-1]))
+        ahead = None
+        if turn >= ROUNDS[0] and looks[-1].moved_px < SETTLED_PX:
+            ahead = _again(cuts, section, looks[-1])
+            if _holds(looks[-1], ahead):
+                return looks[-1]
     return _shifted(cuts, section, _unstrained(looks[1:]))
+
+
+def _holds(look: EdgeLook, ahead: EdgeLook) -> bool:
+    """Whether a look's own template finds the bundles as thick as the look says they are: along a
+    dark limb it may well find others, pixels away."""
+    off_px = abs(ahead.diameter_px - look.settled_px)
+    return off_px < max(light_sd_px(look.shading), SETTLED_PX)
 
 
 def _unstrained(looks: list[EdgeLook]) -> EdgeLook:
@@ -148,7 +151,7 @@ def _shifted(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
         moved = replace(
             moved,
             shading=(upper, lower),
-            diameter_px=found.diameter_px - sum(found.places_px),
+            diameter_px=found.settled_px,
             trust=found.trust,
             hidden_px=found.hidden_px,
         )
