@@ -216,11 +216,12 @@ def fit_helix(
     free: tuple[int, ...],
     scale_px: float = 0.5,
     iterations: int = 25,
+    near: bool = False,
 ) -> HelixFit:
     """Fit the silhouette to a window of edges, from `start` (9,), over the `free` parameters.
 
     scale_px: residual at which an edge point begins to count less (Geman-McClure). z is counted
-    from the middle.
+    from the middle. near: whether the start shows the outline roughly already.
     """
     middle = 0.5 * (edges.s_px[0] + edges.s_px[-1])
     z0 = float(edges.s_px[0] - middle)
@@ -230,9 +231,9 @@ def fit_helix(
     p = np.asarray(start, dtype=float)
     observed = edges.observed
     # By how much blur moves the outline is small, and known as soon as the outline is, roughly.
-    passes = (iterations,) if edges.blur_px <= 0.0 else (ROUGHLY, iterations)
-    for again, most in enumerate(passes):
-        if again:
+    blurred = edges.blur_px > 0.0
+    for most in (ROUGHLY, iterations) if blurred and not near else (iterations,):
+        if blurred and most == iterations:
             observed = observed - rounded_off(p, section, z0, edges.s_px.size, edges.blur_px)
         p, cost, total = minimise(
             p,

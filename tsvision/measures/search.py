@@ -72,7 +72,9 @@ def straight_at(
     if deep.size > 1 and deep[1] < LIKELY[True] * deep[0] + 0.01:
         return None
     base[K], base[PHI] = rate * small.factor, _lowest(phases, costs[0])
-    return fit_helix(edges, section, small.up(base), FREE_STRAIGHT, scale_px)
+    scale = scale_px / small.factor
+    p, _ = descend(small.edges, section, base, FREE_STRAIGHT, scale, iterations=5)
+    return fit_helix(edges, section, small.up(p), FREE_STRAIGHT, scale_px, near=True)
 
 
 def search_coiled(
