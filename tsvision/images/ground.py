@@ -8,6 +8,7 @@ import numpy as np
 from tsvision.images.percentiles import median
 
 ROWS, COLUMNS = 10, 200  # of the ground on either side that are looked at, about
+SETTLED = 0.001  # of the noise: a parabola that moves by less moves no more
 
 
 def above_ground(values: np.ndarray, inner_px: float) -> np.ndarray:
@@ -103,6 +104,9 @@ def _robust_parabola(x, y):  # pragma: no cover - compiled
                     normal[a, b] += w * powers[a] * powers[b]
         for a in range(3):
             normal[a, a] += ridge
+        before = found.copy()
         found[:] = np.linalg.solve(normal, right)
+        if scale <= 2.0 * noise and np.abs(found - before).sum() < SETTLED * noise:
+            break
         scale = max(0.7 * scale, 2.0 * noise)
     return found
