@@ -30,15 +30,16 @@ from tsvision.images.candidates import (
     swallows,
 )
 from tsvision.images.contrast import core_of
-from tsvision.images.linear import to_linear
-from tsvision.images.masks import extent_of, leg_spread, seen_in
+from tsvision.images.linear import linear_signal, to_linear
+from tsvision.images.masks import extent_of, leg_spread, masks_of, seen_in
 from tsvision.images.motion import motion_picture, moving_share
-from tsvision.images.signal import Signal
+from tsvision.images.signal import LUMA, Signal
 from tsvision.images.strip import Axis, cut_strip, straight_axis
 
 MOVING_SHARE = 0.4  # of the axis' length that moves, from which nothing speaks against it
 FEWEST_PX = 24  # on a picture's or region's short side
 SEARCH_PX = 640  # long side of the pictures in which candidate axes are weighed
+STRIP_WIDTHS = 4.0  # of the bundle, to either side, that are looked at along its axis
 HARDLY = 0.1  # of that: columns for a line, below which it is hardly one
 
 
@@ -188,7 +189,7 @@ def _sight_along(
     linears = [to_linear(p, told.gamma) for p in pictures]
     found = settle(linears, axis, width, turns=1, between=between)
     axis, width = found.axis, found.width_px
-    half = int(np.ceil(4.0 * width)) + 6
+    half = int(np.ceil(STRIP_WIDTHS * width)) + 6
     strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
     seen = seen_in(strips, width, False, between)
     by_distance = seen.signal.by_distance
@@ -218,6 +219,18 @@ def _sight_along(
         gamma=told.gamma,
         shadow_level=seen.shadow.level,
     )
+
+
+def by_brightness(sight: Sight, pictures: list[np.ndarray]) -> Sight:
+    """The same line in the same pictures, its strings told by how bright they are and not by their
+    colour, which pictures store at half the resolution."""
+    width, ends = sight.width_px, (sight.start_px, sight.end_px)
+    half = int(np.ceil(STRIP_WIDTHS * width)) + 6
+    lights = (linear_signal(p, LUMA.weights, sight.gamma) for p in pictures)
+    strips = [cut_strip(light, sight.axis, ends, half) for light in lights]
+    _, shadow = masks_of(strips, LUMA, width, rough=False)
+    sense = 1 if core_of(strips, LUMA, width) >= 0 else -1
+    return replace(sight, signal=LUMA, sense=sense, shadow_level=shadow.level)
 
 
 def _shrunk(picture: np.ndarray, factor: float) -> np.ndarray:

@@ -13,15 +13,15 @@ import numpy as np
 
 from tsvision.images.sight import Sight, Told, find_sights
 from tsvision.measures.count import count_strands
-from tsvision.measures.cut import Cut, cut_frame, find_edges, learn_shading
+from tsvision.measures.cut import Cut, find_edges
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.gap import Gap, gap_from_legs
 from tsvision.measures.handedness import slope_between
+from tsvision.measures.learnt import cut_all, learn_edges, surest
 from tsvision.measures.leg_gauge import gauge_from_legs, gauged
 from tsvision.measures.legs import Face, face_from_legs
 from tsvision.measures.section import pair_core
-from tsvision.measures.settle import EdgeLook, settle
-from tsvision.measures.shading import Shading, plain_shading
+from tsvision.measures.shading import Shading
 from tsvision.measures.silhouette import Section
 from tsvision.measures.uncertainty import light_sd_px
 from tsvision.records import Rig, Scale
@@ -33,7 +33,6 @@ UNLEARNABLE = (ValueError, FloatingPointError, ZeroDivisionError, np.linalg.LinA
 # has half of them; as wide comes a bundle that coils; what is wider is a plate, or both legs.
 THIN, WIDE = 0.6, 2.2
 UNTOLD_PX = 1.0  # of a width, by which light and shape are unsure, from which on legs are asked
-COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
 
 
 @dataclass(frozen=True)
@@ -109,31 +108,27 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         return None
     strand_px = sight.width_px / pair_core(given or 2).diameter_d
     half = int(np.ceil(2.3 * sight.width_px)) + 6
-    cuts = [c for p in pictures if (c := cut_frame(p, sight, strand_px, half)) is not None]
-    if not cuts:
+    pairs = cut_all(pictures, sight, strand_px, half)
+    if not pairs:
         return None
     zone_px = rig.actuator.twisting_zone_mm / scale.mm_per_px
     gap_px = rig.actuator.hole_distance_mm / scale.mm_per_px
-    ends = find_ends(pictures, cuts, sight, zone_px, gap_px)
+    ends = find_ends(pictures, [cut for _, cut in pairs], sight, zone_px, gap_px)
     if view.separator_side == "auto" and not view.axis_px and not _agree(ends, zone_px):
         other = sight.reversed()
         there = find_ends(pictures, [], other, zone_px, gap_px)
         if _agree(there, zone_px):  # plate and connector outweigh what the legs seemed to tell
             sight, ends = other, there
     sight = _between(sight, ends)
-    pairs = [(p, c) for p in pictures if (c := cut_frame(p, sight, strand_px, half)) is not None]
-    cuts = [c for _, c in pairs] or cuts
+    pairs = cut_all(pictures, sight, strand_px, half) or pairs
+    cuts = [cut for _, cut in pairs]
     # The lamp stands still: what lies in the bundle's shadow in none of these does so in none.
     sight = replace(sight, some_dim=any(cut.some_dim for cut in cuts))
     count, sure = (given, 1.0) if given is not None else _counted(cuts, sight, rig, scale)
     section = pair_core(count)
-    strand_px = sight.width_px / section.diameter_d
-    shading = learn_shading(cuts, 0.5 * strand_px) or _plain(0.5 * strand_px)
-    edge = settle(cuts, section, EdgeLook(shading, sight.width_px))
-    shading, steady = edge.shading, edge.steady
-    if sight.signal.in_colour:
-        shading = (_in_colour(shading[0]), _in_colour(shading[1]))
-        steady = True  # half the resolution and its blocks outdo what frames differ by
+    learnt = surest(learn_edges(pairs, sight, section), section, half)
+    sight, pairs, cuts, edge = learnt.sight, learnt.pairs, learnt.cuts, learnt.edge
+    shading = edge.shading
     zero, known = _separator_face(ends, zone_px, cuts)
     face, gap = None, None
     if view.axis_px:
@@ -162,7 +157,7 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         strand_count_confidence=sure,
         shading=shading,
         trust=edge.trust,
-        steady=steady,
+        steady=edge.steady,
         diameter_px=diameter,
         half_px=max(half, int(np.ceil(2.2 * diameter)) + 6),
         ends=ends,
@@ -207,15 +202,6 @@ def _between(sight: Sight, ends: Ends) -> Sight:
 
 def _counted(cuts: list[Cut], sight: Sight, rig: Rig, scale: Scale) -> tuple[int, float]:
     return count_strands(cuts, sight, rig.strings.diameter_mm / scale.mm_per_px)
-
-
-def _in_colour(shade: Shading) -> Shading:
-    return replace(shade, place_sd_px=float(np.hypot(shade.place_sd_px, COLOUR_PLACE_SD_PX)))
-
-
-def _plain(rho_px: float) -> tuple[Shading, Shading]:
-    shade = plain_shading(rho_px)
-    return shade, shade
 
 
 def sight_of(pictures: list[np.ndarray], rig: Rig, scale: Scale) -> Sight | None:

@@ -37,6 +37,7 @@ ROUNDS = (2, 8, 14)  # at least, at most, and at most while each moves the edges
 SETTLED_PX = 0.1  # ... until their places move by no more
 SHIFTS, FURTHEST_SHIFT_PX = 3, 1.5  # times that edges are sent elsewhere, and how far in all
 SUREST_PX = 0.05  # sd of a width: none is surer
+MATCHED = 0.2  # of an edge's weight: one that was found
 SHARP = 1.35  # times the sharpest frame's blur: these teach where frames differ
 
 
@@ -46,8 +47,10 @@ class EdgeLook:
     either edge counts in a fit; steady: whether the frames are equally sharp; places_px: where the
     last round saw the true edges, inside (> 0) those found by the look before it; strain: how far
     off, in squares of their sd, light and the outline's shape each found the bundles fitted;
-    hidden_px: how much of the width may lie beyond edges that are no strand's; coils: fitted in the
-    last round, each by its cut's id, which the next begins from."""
+    hidden_px: how much of the width may lie beyond edges that are no strand's; frames: in how
+    many a bundle was fitted, rms_px: its residuals, the median, and matched: share of its columns
+    whose edges were found, in the last round; coils: fitted in it, each by its cut's id, which the
+    next begins from."""
 
     shading: tuple[Shading, Shading]
     diameter_px: float
@@ -56,6 +59,9 @@ class EdgeLook:
     places_px: tuple[float, float] = (0.0, 0.0)
     strain: float = 0.0
     hidden_px: float = 0.0
+    frames: int = 0
+    rms_px: float = float("nan")
+    matched: float = 0.0
     coils: dict[int, BundleFit] = field(default_factory=dict)
 
     @property
@@ -166,6 +172,7 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
     if not fits:
         return replace(look, steady=True, places_px=(0.0, 0.0))
     coils = {id(f.cut): f.bundle for f in fits if f.bundle.fit.coiled}
+    frames = len({id(f.cut) for f in fits})
     # Along a silhouette that does not fit the mean edge is smeared, however sharp the frame is.
     blurs = _of_frames(
         fits,
@@ -207,8 +214,17 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
         (upper_px, lower_px),
         strain,
         hidden_px(each),
+        frames,
+        float(np.median([f.bundle.fit.rms_px for f in fits])),
+        float(np.median([_matched(f.cut, f.edges) for f in fits])),
         coils,
     )
+
+
+def _matched(cut: Cut, edges: Edges) -> float:
+    """Share of a bundle's columns whose edges were found."""
+    found = np.minimum(edges.upper_weight, edges.lower_weight) > MATCHED
+    return float(found[cut.silhouette.bundle].mean())
 
 
 @dataclass(frozen=True)

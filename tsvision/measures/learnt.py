@@ -1,0 +1,87 @@
+"""What some pictures teach of the strings' edges, in the signal that tells most of them.
+
+A hue tells strings from ground where brightness does not, under any shadow. But files store colour
+at half the resolution, mixed beyond the edges; and it fades at a limb in ways that the light there
+does not tell. So where strings were found by their colour, their edges are looked at by brightness
+alone as well: those of dark strings before a bright ground are as sharp as the lens, whatever light
+falls on the limbs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tsvision.images.sight import Sight, by_brightness
+from tsvision.measures.cut import Cut, cut_frame, learn_shading
+from tsvision.measures.settle import EdgeLook, settle
+from tsvision.measures.shading import Shading, plain_shading
+from tsvision.measures.silhouette import Section
+from tsvision.measures.uncertainty import light_sd_px
+
+COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
+# How much surer of a width brightness has to be than colour; its edges must fit as well, and be
+# found in all columns but so many: in a shadow beside the strings they are not.
+SURER, FEWER = 0.6, 0.03
+
+Pairs = list[tuple[np.ndarray, Cut]]
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """pairs: the pictures that show strings, each with what was cut of it by `sight`; edge: how the
+    edges look there."""
+
+    sight: Sight
+    pairs: Pairs
+    edge: EdgeLook
+
+    @property
+    def cuts(self) -> list[Cut]:
+        return [cut for _, cut in self.pairs]
+
+
+def cut_all(pictures: list[np.ndarray], sight: Sight, strand_px: float, half_px: int) -> Pairs:
+    """What is cut of those pictures that show strings."""
+    cuts = ((p, cut_frame(p, sight, strand_px, half_px)) for p in pictures)
+    return [(p, cut) for p, cut in cuts if cut is not None]
+
+
+def learn_edges(pairs: Pairs, sight: Sight, section: Section) -> Learnt:
+    """The edges in some pictures, as `sight` shows them."""
+    cuts = [cut for _, cut in pairs]
+    rho_px = 0.5 * sight.width_px / section.diameter_d
+    shading = learn_shading(cuts, rho_px) or (plain_shading(rho_px), plain_shading(rho_px))
+    edge = settle(cuts, section, EdgeLook(shading, sight.width_px))
+    if sight.signal.in_colour:
+        upper, lower = map(_less_sure, edge.shading)
+        # Half the resolution and its blocks outdo what frames differ by.
+        edge = replace(edge, shading=(upper, lower), steady=True)
+    return Learnt(sight, pairs, edge)
+
+
+def _less_sure(shade: Shading) -> Shading:
+    return replace(shade, place_sd_px=float(np.hypot(shade.place_sd_px, COLOUR_PLACE_SD_PX)))
+
+
+def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
+    """The same, or where strings were told by their colour what brightness alone teaches of them,
+    if that is more."""
+    if not learnt.sight.signal.in_colour:
+        return learnt
+    pictures = [picture for picture, _ in learnt.pairs]
+    sight = by_brightness(learnt.sight, pictures)
+    pairs = cut_all(pictures, sight, sight.width_px / section.diameter_d, half_px)
+    if not pairs:
+        return learnt
+    other = learn_edges(pairs, sight, section)
+    return other if _tells_more(other.edge, learnt.edge) else learnt
+
+
+def _tells_more(bright: EdgeLook, colour: EdgeLook) -> bool:
+    """Whether edges by brightness fit as well, in as many frames and columns, and tell the width
+    surer."""
+    surer = light_sd_px(bright.shading) < SURER * light_sd_px(colour.shading)
+    as_well = bright.frames >= colour.frames and bright.rms_px <= colour.rms_px
+    return surer and as_well and bright.matched >= colour.matched - FEWER
