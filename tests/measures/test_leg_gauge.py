@@ -12,6 +12,7 @@ from synth.build import make_settings
 from synth.recording import write_recording
 from synth.settings import Strings
 from tsvision.images.frames import open_recording
+from tsvision.measures import learnt as learnt_module
 from tsvision.measures import looks as looks_module
 from tsvision.measures.cut import Cut, cut_frame
 from tsvision.measures.leg_gauge import LegGauge, gauge_from_legs, gauged
@@ -119,7 +120,7 @@ def test_a_width_that_light_leaves_open_is_told_by_the_legs_of_two_strings(
 
     pictures, rig = film(tmp_path, count)
     right = learnt(pictures, rig).diameter_px
-    monkeypatch.setattr(looks_module, "settle", too_narrow)
+    monkeypatch.setattr(learnt_module, "settle", too_narrow)
     seen = learnt(pictures, rig)
     assert abs(seen.diameter_px - right + (0.0 if corrected else 3.0)) < 0.6
     assert (light_sd_px(seen.shading) < 1.0) == corrected

@@ -16,7 +16,6 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from tsvision.images.contrast import raw_contrast
-from tsvision.images.linear import project
 from tsvision.images.percentiles import median, row_medians
 from tsvision.images.sight import Sight
 from tsvision.images.strip import cut_strip
@@ -139,15 +138,13 @@ def legs_of(
     half = int(1.3 * half_gap) + 4
     linear, axis = crop(picture, sight, low - 3.0, high + 3.0, half)
     strip = cut_strip(linear, axis, (low, high), half)
-    if np.isnan(strip.values).any():  # beyond the view
+    contrast = raw_contrast(strip.values, sight.signal, 0.0)
+    if np.isnan(contrast).any():  # beyond the view
         return None
     s = strip.s_px
-    if sight.signal.by_distance:
-        contrast = raw_contrast(strip.values, sight.signal, 0.0) / abs(cut.core_level)
-    else:
-        light = project(strip.values, sight.signal.weights)
-        ground = row_medians(light[::SOME].T).astype(np.float32)
-        contrast = (light - ground) / np.float32(cut.core_level)
+    if not sight.signal.by_distance:
+        contrast = contrast - row_medians(contrast[::SOME].T).astype(np.float32)
+    contrast = contrast / (abs(cut.core_level) if sight.signal.by_distance else cut.core_level)
     sides = []
     for sign in (1.0, -1.0):
         line = sign * half_gap * (apex - s) / (apex - about_px)
