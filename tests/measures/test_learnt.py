@@ -25,15 +25,19 @@ from tsvision.rig import load_rig
 RED, PALE_GREEN = (0.4, 0.04, 0.05), (0.36, 0.47, 0.39)
 
 
-def film_of(count: int, look: str, **changes: object) -> Settings:
+STORED: dict[str, object] = {
+    "camera.width_px": 960,
+    "camera.height_px": 400,
+    "sensor.format": "jpg",
+    "sensor.quality": 85,
+    "sensor.grey": False,
+}
+
+
+def film_of(count: int, look: str, changes: dict[str, object]) -> Settings:
     """Three frames as a camera stores them, colour at half the resolution."""
-    stored = {"sensor.format": "jpg", "sensor.quality": 85, "sensor.grey": False}
-    small = {"camera.width_px": 960, "camera.height_px": 400}
-    dotted = {name.replace("__", "."): value for name, value in changes.items()}
     strings = Strings(count=count)
-    return make_settings(
-        (5.0, 7.0, 9.0), look=look, strings=strings, changes=small | stored | dotted
-    )
+    return make_settings((5.0, 7.0, 9.0), look=look, strings=strings, changes=STORED | changes)
 
 
 def measured(folder: Path, settings: Settings) -> tuple[Measurer, np.ndarray, np.ndarray]:
@@ -56,8 +60,12 @@ def measured(folder: Path, settings: Settings) -> tuple[Measurer, np.ndarray, np
 def test_dark_red_strings_on_an_uneven_pale_ground(tmp_path: Path, count: int) -> None:
     """They are found by their hue, for the ground is too uneven, and measured by their brightness:
     within 0.06 px of 15 and 21, by their hue up to 1.8 px thick."""
-    ground = {"look__ground_rgb": PALE_GREEN, "look__ground_texture": 0.15}
-    settings = film_of(count, "front_lit", look__strand_rgb=(RED,), **ground)
+    changes: dict[str, object] = {
+        "look.strand_rgb": (RED,),
+        "look.ground_rgb": PALE_GREEN,
+        "look.ground_texture": 0.15,
+    }
+    settings = film_of(count, "front_lit", changes)
     measurer, error_px, sd_px = measured(tmp_path / "film", settings)
     assert measurer.looks is not None
     assert measurer.looks.sight.signal.way is Way.LUMA
@@ -66,7 +74,7 @@ def test_dark_red_strings_on_an_uneven_pale_ground(tmp_path: Path, count: int) -
 
 
 def test_strings_as_bright_as_their_ground_keep_their_hue(tmp_path: Path) -> None:
-    measurer, error_px, sd_px = measured(tmp_path / "film", film_of(4, "equal_luma"))
+    measurer, error_px, sd_px = measured(tmp_path / "film", film_of(4, "equal_luma", {}))
     assert measurer.looks is not None
     assert measurer.looks.sight.signal.in_colour
     assert (np.abs(error_px) < 1.96 * sd_px).all()

@@ -9,7 +9,7 @@ import numpy as np
 
 from tsvision.measures.band import Band, full_band
 from tsvision.measures.branches import best_branch
-from tsvision.measures.helix import Edges, HelixFit
+from tsvision.measures.helix import SEEN, Edges, HelixFit
 from tsvision.measures.line import line_through
 from tsvision.measures.search import (
     coil_at,
@@ -61,7 +61,7 @@ class BundleFit:
 
 
 def usable(edges: Edges) -> bool:
-    return bool((edges.upper_weight > 0.2).sum() > 20 and (edges.lower_weight > 0.2).sum() > 20)
+    return bool((edges.upper_weight > SEEN).sum() > 20 and (edges.lower_weight > SEEN).sum() > 20)
 
 
 def fit_window(

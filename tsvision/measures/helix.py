@@ -26,6 +26,7 @@ from tsvision.measures.silhouette import (
 )
 from tsvision.measures.sums import summed
 
+SEEN = 0.2  # weight from which an edge was found
 SLOPE_SD_PX = 1.0  # over which the slope of an edge is told
 ROUGHLY = 6  # steps of a fit, after which it is known by how much blur moves the outline
 
@@ -73,6 +74,11 @@ class Edges:
         """The same with no weight where `inside` (M,) is False."""
         upper, lower = (np.where(inside, w, 0.0) for w in (self.upper_weight, self.lower_weight))
         return replace(self, upper_weight=upper, lower_weight=lower)
+
+    @property
+    def both_seen(self) -> np.ndarray:
+        """Columns (M,) bool in which both edges were found."""
+        return np.minimum(self.upper_weight, self.lower_weight) > SEEN
 
     @cached_property
     def observed(self) -> np.ndarray:
@@ -230,24 +236,24 @@ def fit_helix(
     free_ids = np.array(free, dtype=np.int64)
     p = np.asarray(start, dtype=float)
     observed = edges.observed
-    # By how much blur moves the outline is small, and known as soon as the outline is, roughly.
-    blurred = edges.blur_px > 0.0
-    for most in (ROUGHLY, iterations) if blurred and not near else (iterations,):
-        if blurred and most == iterations:
-            observed = observed - rounded_off(p, section, z0, edges.s_px.size, edges.blur_px)
-        p, cost, total = minimise(
-            p,
-            free_ids,
-            *section.outer,
-            z0,
-            observed,
-            edges.trusted,
-            edges.worth,
-            scale_px,
-            step,
-            most,
-            normal,
-        )
+    if edges.blur_px > 0.0:
+        # By how much blur moves the outline is small, and known as soon as the outline is, roughly.
+        if not near:
+            p, _ = descend(edges, section, p, free, scale_px, ROUGHLY)
+        observed = observed - rounded_off(p, section, z0, edges.s_px.size, edges.blur_px)
+    p, cost, total = minimise(
+        p,
+        free_ids,
+        *section.outer,
+        z0,
+        observed,
+        edges.trusted,
+        edges.worth,
+        scale_px,
+        step,
+        iterations,
+        normal,
+    )
     rms, points = _rms(
         observed,
         *model_edges(p, section, z0, edges.s_px.size),

@@ -21,9 +21,8 @@ from tsvision.measures.silhouette import Section
 from tsvision.measures.uncertainty import light_sd_px
 
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
-# How much surer of a width brightness has to be than colour; its edges must fit as well, and be
-# found in all columns but so many: in a shadow beside the strings they are not.
-SURER, FEWER = 0.6, 0.03
+SURER = 0.6  # of the width's uncertainty by colour, which that by brightness has to stay below
+FEWER = 0.03  # of the columns, that brightness may miss: in a shadow beside strings it misses more
 
 Pairs = list[tuple[np.ndarray, Cut]]
 

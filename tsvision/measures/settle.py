@@ -37,7 +37,6 @@ ROUNDS = (2, 8, 14)  # at least, at most, and at most while each moves the edges
 SETTLED_PX = 0.1  # ... until their places move by no more
 SHIFTS, FURTHEST_SHIFT_PX = 3, 1.5  # times that edges are sent elsewhere, and how far in all
 SUREST_PX = 0.05  # sd of a width: none is surer
-MATCHED = 0.2  # of an edge's weight: one that was found
 SHARP = 1.35  # times the sharpest frame's blur: these teach where frames differ
 
 
@@ -216,15 +215,9 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
         hidden_px(each),
         frames,
         float(np.median([f.bundle.fit.rms_px for f in fits])),
-        float(np.median([_matched(f.cut, f.edges) for f in fits])),
+        float(np.median([f.edges.both_seen[f.cut.silhouette.bundle].mean() for f in fits])),
         coils,
     )
-
-
-def _matched(cut: Cut, edges: Edges) -> float:
-    """Share of a bundle's columns whose edges were found."""
-    found = np.minimum(edges.upper_weight, edges.lower_weight) > MATCHED
-    return float(found[cut.silhouette.bundle].mean())
 
 
 @dataclass(frozen=True)

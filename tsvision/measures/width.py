@@ -18,7 +18,7 @@ LEGS_D = 0.6  # widths beside the apex in which the legs still lie apart
 def width_between_knots(edges: Edges, diameter_px: float) -> float:
     """What a caliper reads that is held square to the bundle between its knots, coiling or not: the
     silhouette's largest width across its own middle line; NaN where too little is seen."""
-    known = (edges.upper_weight > 0.2) & (edges.lower_weight > 0.2)
+    known = edges.both_seen
     if known.sum() < 10:
         return NAN
     s, upper, lower = edges.s_px, edges.upper_px, edges.lower_px
