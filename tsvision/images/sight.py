@@ -230,7 +230,7 @@ def by_brightness(sight: Sight, pictures: list[np.ndarray]) -> Sight:
     strips = [cut_strip(light, sight.axis, ends, half) for light in lights]
     _, shadow = masks_of(strips, LUMA, width, rough=False)
     sense = 1 if core_of(strips, LUMA, width) >= 0 else -1
-    return replace(sight, signal=LUMA, sense=sense, shadow_level=shadow.level)
+    return replace(sight, signal=LUMA, sense=sense, shadow_level=shadow.level, some_dim=True)
 
 
 def _shrunk(picture: np.ndarray, factor: float) -> np.ndarray:

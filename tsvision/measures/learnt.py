@@ -50,6 +50,8 @@ def cut_all(pictures: list[np.ndarray], sight: Sight, strand_px: float, half_px:
 def learn_edges(pairs: Pairs, sight: Sight, section: Section) -> Learnt:
     """The edges in some pictures, as `sight` shows them."""
     cuts = [cut for _, cut in pairs]
+    # The lamp stands still: what lies in the bundle's shadow in none of these does so in none.
+    sight = replace(sight, some_dim=any(cut.some_dim for cut in cuts))
     rho_px = 0.5 * sight.width_px / section.diameter_d
     shading = learn_shading(cuts, rho_px) or (plain_shading(rho_px), plain_shading(rho_px))
     edge = settle(cuts, section, EdgeLook(shading, sight.width_px))

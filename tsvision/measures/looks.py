@@ -122,8 +122,6 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     sight = _between(sight, ends)
     pairs = cut_all(pictures, sight, strand_px, half) or pairs
     cuts = [cut for _, cut in pairs]
-    # The lamp stands still: what lies in the bundle's shadow in none of these does so in none.
-    sight = replace(sight, some_dim=any(cut.some_dim for cut in cuts))
     count, sure = (given, 1.0) if given is not None else _counted(cuts, sight, rig, scale)
     section = pair_core(count)
     learnt = surest(learn_edges(pairs, sight, section), section, half)
