@@ -19,6 +19,7 @@ DEEPEST_CHROMA = 0.25  # contrast to which blocks of compressed colour reach bes
 DEEP_SHADOW = 0.3  # contrast to which it reaches: dim limbs of strings have no more
 WITH_SHADOW = 1.1  # times as wide as by a hue, from which a bundle may be seen with its shadow
 HUE_APART = 1.5  # sd from which a hue tells strings from ground
+FADED = 1.5  # times as wide by a hue as by brightness, from which lit limbs are as bright as ground
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
 
 
@@ -105,10 +106,11 @@ def seen_in(strips: list[Strip], width: float, rough: bool, between: bool = Fals
     hue, apart = find_hue(strips, 0.5 * width, between)
     # With few turns ground lies on the axis most of the way, and nothing stands out there by much:
     # then the better of both serves where it is free of deep shadow itself.
-    plain = apart > HUE_APART
+    fainter, there = masks_of(strips, hue, width, rough, between)
+    faded = not signal.by_distance and _wider(fainter, masks, width) > FADED
+    plain = apart > HUE_APART or faded
     if not (plain or (apart > separation and not signal.by_distance)):
         return seen
-    fainter, there = masks_of(strips, hue, width, rough, between)
     if there.level >= (shadow.level if plain else min(shadow.level, DEEP_SHADOW)):
         return seen
     # An uneven ground hides shadows; but what is no wider than where they do not count shows none.

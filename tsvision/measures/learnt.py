@@ -22,6 +22,7 @@ from tsvision.measures.uncertainty import light_sd_px
 
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
 SURER = 0.6  # of the width's uncertainty by colour, which that by brightness has to stay below
+FADED_PX = 3.0  # thinner than by colour, whose blocks add less: lit limbs are as bright as ground
 FEWER = 0.03  # of the columns, that brightness may miss: in a shadow beside strings it misses more
 
 Pairs = list[tuple[np.ndarray, Cut]]
@@ -85,4 +86,5 @@ def _tells_more(bright: EdgeLook, colour: EdgeLook) -> bool:
     surer."""
     surer = light_sd_px(bright.shading) < SURER * light_sd_px(colour.shading)
     as_well = bright.frames >= colour.frames and bright.rms_px <= colour.rms_px
-    return surer and as_well and bright.matched >= colour.matched - FEWER
+    whole = bright.diameter_px > colour.diameter_px - FADED_PX
+    return surer and as_well and whole and bright.matched >= colour.matched - FEWER
