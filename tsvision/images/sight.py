@@ -53,7 +53,8 @@ class Sight:
     shadow_level: contrast below which cast shadows could be taken for strings (0: nowhere).
     start_px, end_px: s between which strings may lie. connector_px: s of the connector's face,
     NaN when out of view. legs_seen: whether the separator's side was decided by the legs.
-    some_dim: whether strands may lie in their own bundle's shadow.
+    some_dim: whether strands may lie in their own bundle's shadow. faint_tone: contrast of the
+    fainter strands of two brightnesses, of the brighter ones' (1: all are about alike).
     """
 
     axis: Axis
@@ -68,6 +69,7 @@ class Sight:
     gamma: float
     shadow_level: float = 0.0
     some_dim: bool = True
+    faint_tone: float = 1.0
 
     def reversed(self) -> Sight:
         """The same sight seen from the other end: s runs back, n changes its sign."""
@@ -230,7 +232,9 @@ def by_brightness(sight: Sight, pictures: list[np.ndarray]) -> Sight:
     strips = [cut_strip(light, sight.axis, ends, half) for light in lights]
     _, shadow = masks_of(strips, LUMA, width, rough=False)
     sense = 1 if core_of(strips, LUMA, width) >= 0 else -1
-    return replace(sight, signal=LUMA, sense=sense, shadow_level=shadow.level, some_dim=True)
+    return replace(
+        sight, signal=LUMA, sense=sense, shadow_level=shadow.level, some_dim=True, faint_tone=1.0
+    )
 
 
 def _shrunk(picture: np.ndarray, factor: float) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 from tsvision.images.contrast import black_contrast, raw_contrast
 from tsvision.images.ground import nan_median
 from tsvision.images.linear import linear_signal, project, to_linear
-from tsvision.images.masks import mask_level
+from tsvision.images.masks import MASK_LEVEL, mask_level
 from tsvision.images.percentiles import median, percentile
 from tsvision.images.sight import Sight
 from tsvision.images.strip import Axis, cut_strip
@@ -32,6 +32,7 @@ from tsvision.measures.shading import (
 from tsvision.measures.shading_fit import fit_shading
 from tsvision.measures.steep import match_steep
 from tsvision.measures.strands import Silhouette, outline
+from tsvision.measures.tones import even_out
 
 GROUND_FROM = 1.35  # widths from the axis
 LEAST_RISE = 0.3  # of the core's contrast, from the ground to within a strand
@@ -104,6 +105,9 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         return None
     _scale(contrast, level * falloff_along(core / level, sight.width_px))
     mask = max(mask_level(contrast, inner), sight.shadow_level)
+    if sight.faint_tone < 1.0:
+        contrast = even_out(contrast, sight.width_px, strand_px, sight.faint_tone)
+        mask = MASK_LEVEL
     silhouette = outline(contrast, sight.width_px, strand_px, 0, mask)
     # What is told by its colour, or by being darker, does not vanish where no light falls.
     none = np.full(contrast.shape[1], np.nan)
@@ -292,7 +296,7 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
     (upper, upper_weight), (lower, lower_weight) = found
     # Colour is coded in blocks: what smears it along the axis is not what a mean edge shows of it.
     blur_px = 0.0 if cut.in_colour else shading[0].blur_px
-    light = cut.light if cut.in_colour else cut.contrast
+    light = cut.light if cut.in_colour or cut.sight.faint_tone < 1.0 else cut.contrast
     return Edges(cut.s_px, upper, lower, upper_weight, lower_weight, blur_px=blur_px, light=light)
 
 

@@ -23,6 +23,7 @@ from tsvision.measures.legs import Face, face_from_legs
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import Shading
 from tsvision.measures.silhouette import Section
+from tsvision.measures.tones import faint_tone
 from tsvision.measures.uncertainty import light_sd_px
 from tsvision.records import Rig, Scale
 
@@ -121,6 +122,14 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
             sight, ends = other, there
     sight = _between(sight, ends)
     pairs = cut_all(pictures, sight, strand_px, half) or pairs
+    tone = faint_tone(
+        [cut.contrast for _, cut in pairs],
+        [cut.silhouette for _, cut in pairs],
+        sight.width_px,
+    )
+    if tone < 1.0:
+        sight = replace(sight, faint_tone=tone)
+        pairs = cut_all(pictures, sight, strand_px, half) or pairs
     cuts = [cut for _, cut in pairs]
     count, sure = (given, 1.0) if given is not None else _counted(cuts, sight, rig, scale)
     section = pair_core(count)
