@@ -55,9 +55,8 @@ def look_of(place_sd_px: float, **told: float) -> EdgeLook:
         (look_of(0.25), False),  # hardly surer
         (look_of(0.05, rms_px=0.31), False),
         (look_of(0.05, frames=5), False),
-        (look_of(0.05, matched=0.96), True),
-        (look_of(0.05, matched=0.94), False),
-        (look_of(0.05, frames=8, matched=0.9), True),  # coils fit that by their hue do not
+        (look_of(0.05, matched=0.97), False),  # a faint strand's lobes are missed
+        (look_of(0.05, matched=0.95, rms_px=0.15), True),
         (look_of(0.05, rms_px=float("nan")), False),  # nothing was fitted
         (look_of(0.05, diameter_px=17.5), True),
         (look_of(0.05, diameter_px=16.5), False),  # lit limbs are as bright as the ground

@@ -23,7 +23,7 @@ from tsvision.measures.uncertainty import light_sd_px
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
 SURER = 0.6  # of the width's uncertainty by colour, which that by brightness has to stay below
 FADED_PX = 3.0  # thinner than by colour, whose blocks add less: lit limbs are as bright as ground
-FEWER = 0.03  # of a frame's columns, that brightness may miss: in shadows it misses more
+MISSED_PX = 1.0  # as much off as this counts an edge that was not found
 
 Pairs = list[tuple[np.ndarray, Cut]]
 
@@ -82,10 +82,13 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
 
 
 def _tells_more(bright: EdgeLook, colour: EdgeLook) -> bool:
-    """Whether edges by brightness fit as well, in as many frames, as many columns in all, and tell
-    the width surer."""
+    """Whether edges by brightness fit better, in as many frames, and tell the width surer."""
     surer = light_sd_px(bright.shading) < SURER * light_sd_px(colour.shading)
-    as_well = bright.frames >= colour.frames and bright.rms_px <= colour.rms_px
     whole = bright.diameter_px > colour.diameter_px - FADED_PX
-    columns = bright.frames * bright.matched, colour.frames * (colour.matched - FEWER)
-    return surer and as_well and whole and columns[0] >= columns[1]
+    better = _cost_px2(bright) <= _cost_px2(colour)
+    return surer and whole and better and bright.frames >= colour.frames
+
+
+def _cost_px2(look: EdgeLook) -> float:
+    """Of all columns, the mean square by which edges are off what was fitted."""
+    return look.matched * look.rms_px**2 + (1.0 - look.matched) * MISSED_PX**2
