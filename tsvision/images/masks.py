@@ -104,12 +104,14 @@ def seen_in(strips: list[Strip], width: float, rough: bool, between: bool = Fals
     if signal.way is Way.ACROSS or (not signal.by_distance and shadow.level <= DEEP_SHADOW):
         return seen
     hue, apart = find_hue(strips, 0.5 * width, between)
-    # With few turns ground lies on the axis most of the way, and nothing stands out there by much:
-    # then the better of both serves where it is free of deep shadow itself.
+    if signal.by_distance and apart <= HUE_APART:
+        return seen
     fainter, there = masks_of(strips, hue, width, rough, between)
     faded = not signal.by_distance and _wider(fainter, masks, width) > FADED
     plain = apart > HUE_APART or faded
-    if not (plain or (apart > separation and not signal.by_distance)):
+    # With few turns ground lies on the axis most of the way, and nothing stands out there by much:
+    # then the better of both serves where it is free of deep shadow itself.
+    if not (plain or apart > separation):
         return seen
     if there.level >= (shadow.level if plain else min(shadow.level, DEEP_SHADOW)):
         return seen

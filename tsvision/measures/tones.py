@@ -13,12 +13,13 @@ import numpy as np
 
 from tsvision.images.contrast import GROUND_FROM
 from tsvision.images.percentiles import median
+from tsvision.measures.closing import opened
 from tsvision.measures.strands import Silhouette, outline
 
 NEAR_D, FAR_D = 0.1, 0.5  # widths from the axis: rows of the strand that makes one side's outline
 GROUND_D = 1.0  # widths further out: as many rows of ground
 FAINT_PERCENTILE, BRIGHT_PERCENTILE = 20.0, 90.0  # of the columns: of either strand's
-FAINT = 0.3  # of the bright strands' contrast: a half or more needs no help
+FAINT = 0.3  # of the bright strands' contrast: those that show more are found as they are
 ABOVE_GROUND = 2.0  # times what the ground varies by, from which a strand lies there
 # Of a faint strand's contrast: where it begins, above what a ground varies by if it has to be.
 BEGINS, LATE = 0.15, 0.6
@@ -27,6 +28,7 @@ SPREADS = 5.0  # of the ground, that what is no ground differs by
 DEEP = 0.8  # of a strand, from the outline, within which it shows all it has, ...
 GROWS = 1.2  # times a px at most: more and its border is still rising, or a brighter one begins
 ACROSS = 1.5  # strands along the axis: what stands out over less is a fibre
+NOWHERE = -1e6  # a row that stands in where there is no border
 LEAST_COLUMNS = 20
 
 
@@ -82,11 +84,10 @@ def even_out(contrast: np.ndarray, width_px: float, strand_px: float, tone: floa
 
 
 def _without_fibres(border: np.ndarray, strand_px: float) -> np.ndarray:
-    """An upper border (M,) without what stands out of it over less than a strand's width."""
-    size = max(round(ACROSS * strand_px), 1)
-    known = np.nan_to_num(border, nan=-1e6).astype(np.float32)[None]
-    opened = cv2.morphologyEx(known, cv2.MORPH_OPEN, np.ones((1, size), np.uint8))[0]
-    return np.where(np.isnan(border) | (opened < -1e5), np.nan, opened)
+    """An upper border (M,) without what stands out of it over no more than ACROSS strands."""
+    known = np.nan_to_num(border, nan=NOWHERE)
+    even = opened(known, max(round(ACROSS * strand_px), 1))
+    return np.where(np.isnan(border) | (even <= NOWHERE), np.nan, even)
 
 
 def _told(level: np.ndarray, tone: float) -> np.ndarray:
