@@ -15,7 +15,7 @@ import pytest
 from tsvision.images.candidates import Trial, are_legs, could_cast, settle, swallows
 from tsvision.images.curve import find_curve
 from tsvision.images.linear import to_linear
-from tsvision.images.masks import seen_in
+from tsvision.images.masks import leg_spread, seen_in
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.shadow import find_shadow
 from tsvision.images.sight import Sight, Told, find_sight
@@ -318,21 +318,28 @@ def test_a_hue_serves_though_ground_lies_on_the_axis_most_of_the_way() -> None:
     assert 8.0 <= np.median(widths) <= BUNDLE_PX + 1.0
 
 
-def few_turns(apex: float) -> np.ndarray:
+def few_turns(
+    apex: float,
+    ground: tuple[float, float, float] = (0.08, 0.08, 0.08),
+    strand: tuple[float, float, float] = (0.5, 0.5, 0.5),
+    uneven: float = 0.0,
+) -> np.ndarray:
     """One picture of two strands, 8 px thick, that come from 80 px apart on the left, meet at a
-    share `apex` of the way along the axis of `bundle_film`, and turn once and a half behind it."""
+    share `apex` of the way along the axis of `bundle_film`, and turn once and a half behind it.
+    The ground's light is `uneven` by so much of itself, in waves as wide as the bundle."""
     random = np.random.default_rng(11)
     rows, columns = np.mgrid[0:HEIGHT_PX, 0:WIDTH_PX].astype(float)
     u, length = (END - START) / np.hypot(*(END - START)), float(np.hypot(*(END - START)))
     s = (columns - START[0]) * u[0] + (rows - START[1]) * u[1]
     n = -(columns - START[0]) * u[1] + (rows - START[1]) * u[0]
     meet = apex * length
-    picture = np.full((HEIGHT_PX, WIDTH_PX, 3), 0.08)
+    waves = np.sin(columns / 9.0 + 0.3) * np.sin(rows / 7.0) + np.sin(columns / 23.0 - rows / 13.0)
+    picture = (1.0 + 0.5 * uneven * waves)[..., None] * np.array(ground)
     for k, side in enumerate((1, -1)):
         turn = 2 * np.pi * 1.5 * (s - meet) / (length - meet) + np.pi * k
         leg = side * (4.0 + 36.0 * (meet - s) / meet)
         place = np.where(s < meet, leg, 4.0 * np.cos(turn))
-        picture[(np.abs(n - place) < 4.0) & (s > 0) & (s < length)] = 0.5
+        picture[(np.abs(n - place) < 4.0) & (s > 0) & (s < length)] = strand
     picture = cv2.GaussianBlur(picture, (0, 0), 0.8)
     code = 255.0 * np.clip(picture, 0, 1) ** (1 / 2.2) + random.normal(0, 1.5, picture.shape)
     return np.clip(np.round(code), 0, 255).astype(np.uint8)
@@ -359,3 +366,32 @@ def test_a_film_of_few_turns_shows_the_bundle_and_not_a_leg(latest: float) -> No
     assert off_axis_px(sight) < 0.3 * BUNDLE_PX
     assert sight.width_px == pytest.approx(BUNDLE_PX, rel=0.3)
     assert sight.legs_seen
+
+
+def test_a_hue_is_found_though_legs_run_beside_the_axis_in_most_frames() -> None:
+    """Pink on pale green of the same luma: on the axis lay ground mostly, nothing stood out there,
+    and luma was taken, in which the bundle was half as wide and nothing was measured."""
+    film = [
+        few_turns(apex, ground=(0.45, 0.58, 0.42), strand=(0.42, 0.5, 0.9), uneven=0.15)
+        for apex in (0.9, 0.9, 0.85, 0.8, 0.75, 0.7, 0.4, 0.35)
+    ]
+    sight = find_sight(film, Told(least_px=0.6 * BUNDLE_PX))
+    assert sight is not None
+    assert sight.signal.in_colour
+    assert off_axis_px(sight) < 0.3 * BUNDLE_PX
+    assert sight.width_px == pytest.approx(BUNDLE_PX, rel=0.3)
+
+
+def test_legs_behind_a_plate_lie_before_the_bundle() -> None:
+    """A plate that stands out as strings do, on the left, and four frames of legs alone behind it:
+    the plate counted as a bundle, and the legs were told to lie beyond it."""
+    rows = np.arange(-60, 61)[:, None]
+    columns = np.arange(500)[None, :]
+
+    def mask(apex: int) -> np.ndarray:
+        plate = (columns < 80) & (rows == rows)
+        away = np.abs(np.abs(rows) - np.maximum(40.0 * (apex - columns) / (apex - 80.0), 5.0))
+        return (plate | (away < 5.0)).astype(np.uint8)
+
+    near, far = leg_spread([mask(a) for a in (499, 499, 499, 499, 260, 220, 200, 180)], 60, 20.0)
+    assert near > 10.0 * far

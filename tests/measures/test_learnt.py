@@ -9,9 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.images.test_sight import BUNDLE_PX, few_turns
 from tests.measures.films import film_of, measured
+from tsvision.images.sight import Sight, Told, find_sight
 from tsvision.images.signal import Way
-from tsvision.measures.learnt import _tells_more
+from tsvision.measures.cut import black_of
+from tsvision.measures.learnt import _tells_more, cut_alike, cut_all
 from tsvision.measures.settle import EdgeLook
 from tsvision.measures.shading import plain_shading
 
@@ -40,6 +43,39 @@ def test_strings_as_bright_as_their_ground_keep_their_hue(tmp_path: Path) -> Non
     assert measurer.looks is not None
     assert measurer.looks.sight.signal.in_colour
     assert (np.abs(error_px) < 1.96 * sd_px).all()
+
+
+def close_up() -> list[np.ndarray]:
+    """Two frames of hardly a turn, and more turns in the others."""
+    return [few_turns(a, uneven=0.2) for a in (0.97, 0.95, 0.6, 0.5, 0.5, 0.45, 0.4, 0.35)]
+
+
+def sight_of(film: list[np.ndarray]) -> Sight:
+    sight = find_sight(film, Told(least_px=0.6 * BUNDLE_PX))
+    assert sight is not None
+    return sight
+
+
+def test_a_frame_of_hardly_a_turn_shows_strings_as_the_others_do() -> None:
+    """Ground between the legs lay on its axis: its waves counted as strings of 0.04 of their
+    contrast, and were measured as a bundle."""
+    film = close_up()
+    sight = sight_of(film)
+    alone = [cut.core_level for _, cut in cut_all(film, sight, 8.0, 43)]
+    assert min(alone) < 0.3 * max(alone)
+    sight, pairs = cut_alike(film, sight, 8.0, 43)
+    levels = [cut.core_level for _, cut in pairs]
+    assert len(pairs) == len(film)
+    assert min(levels) > 0.7 * max(levels)
+
+
+def test_cuts_without_strings_say_nothing_of_strands_without_light() -> None:
+    """Frames of legs alone among those learnt from: nothing could be learnt of any."""
+    sight, _ = cut_alike(close_up(), sight_of(close_up()), 8.0, 43)
+    legs, bundle = (cut for _, cut in cut_all([few_turns(0.995), few_turns(0.4)], sight, 8.0, 43))
+    assert np.isnan(legs.black)
+    assert black_of([legs, bundle]) == bundle.black
+    assert black_of([legs]) == 0.0
 
 
 def look_of(place_sd_px: float, **told: float) -> EdgeLook:

@@ -20,6 +20,7 @@ DEEP_SHADOW = 0.3  # contrast to which it reaches: dim limbs of strings have no 
 WITH_SHADOW = 1.1  # times as wide as by a hue, from which a bundle may be seen with its shadow
 HUE_APART = 1.5  # sd from which a hue tells strings from ground
 FADED = 1.5  # times as wide by a hue as by brightness, from which lit limbs are as bright as ground
+WIDEST = 2.5  # times a bundle's width, beyond which a run is hardware's: it coils up to 2.2 times
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
 
 
@@ -184,12 +185,17 @@ def leg_columns(mask: np.ndarray, half: int, width: float) -> np.ndarray:
 
 
 def leg_spread(masks: list[np.ndarray], half: int, width: float) -> tuple[float, float]:
-    """How many leg columns lie before and after the middle of the single-run columns."""
+    """How many leg columns lie before and after the middle of those with one run on the axis, no
+    wider than a bundle: behind a plate that stands out as well lie the legs of hardly a turn."""
     inner = np.abs(np.arange(-half, half + 1)) < 0.2 * width
     near = far = 0.0
     for mask in masks:
         legs = leg_columns(mask, half, width)
-        single = np.flatnonzero((mask[inner] > 0).mean(0) > 0.8)
+        low, high = _scan(mask, half, 0.25 * width)[:2]
+        with np.errstate(invalid="ignore"):
+            single = np.flatnonzero(
+                ((mask[inner] > 0).mean(0) > 0.8) & (high - low < WIDEST * width)
+            )
         if single.size:
             s = np.arange(mask.shape[1])
             near += float(legs[s < np.median(single)].sum())

@@ -31,15 +31,18 @@ from tsvision.images.candidates import (
 )
 from tsvision.images.contrast import core_of
 from tsvision.images.linear import linear_signal, to_linear
-from tsvision.images.masks import extent_of, leg_spread, masks_of, seen_in
+from tsvision.images.masks import Seen, extent_of, leg_spread, masks_of, seen_in
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.signal import LUMA, Signal
-from tsvision.images.strip import Axis, cut_strip, straight_axis
+from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 
 MOVING_SHARE = 0.4  # of the axis' length that moves, from which nothing speaks against it
 FEWEST_PX = 24  # on a picture's or region's short side
 SEARCH_PX = 640  # long side of the pictures in which candidate axes are weighed
 STRIP_WIDTHS = 4.0  # of the bundle, to either side, that are looked at along its axis
+# Spreads by which strings stand out along a line, below which it may run between legs most of the
+# way, and how many times as many it is where they are looked for that way.
+FEEBLE, TWICE = 2.0, 2.0
 HARDLY = 0.1  # of that: columns for a line, below which it is hardly one
 
 
@@ -55,6 +58,7 @@ class Sight:
     NaN when out of view. legs_seen: whether the separator's side was decided by the legs.
     some_dim: whether strands may lie in their own bundle's shadow. faint_tone: contrast of the
     fainter strands of two brightnesses, of the brighter ones' (1: all are about alike).
+    core_share: contrast of the core of the ground's light, in the frames that show it (0: unknown).
     """
 
     axis: Axis
@@ -70,6 +74,7 @@ class Sight:
     shadow_level: float = 0.0
     some_dim: bool = True
     faint_tone: float = 1.0
+    core_share: float = 0.0
 
     def reversed(self) -> Sight:
         """The same sight seen from the other end: s runs back, n changes its sign."""
@@ -179,9 +184,13 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
 
 def _same(trial: Trial, other: Trial) -> bool:
     """Whether two lines have come to lie in the same place, within half a width."""
-    here, there = (t.axis.at(np.array([0.0, t.axis.length_px])) for t in (trial, other))
-    apart = np.linalg.norm(here - there, axis=1).max()
-    return bool(apart < 0.5 * min(trial.width_px, other.width_px))
+    return _apart_px(trial.axis, other.axis) < 0.5 * min(trial.width_px, other.width_px)
+
+
+def _apart_px(axis: Axis, other: Axis) -> float:
+    """How far their ends lie apart."""
+    here, there = (a.at(np.array([0.0, a.length_px])) for a in (axis, other))
+    return float(np.linalg.norm(here - there, axis=1).max())
 
 
 def _sight_along(
@@ -189,11 +198,15 @@ def _sight_along(
 ) -> Sight:
     """What is seen along a line, followed at full size."""
     linears = [to_linear(p, told.gamma) for p in pictures]
-    found = settle(linears, axis, width, turns=1, between=between)
-    axis, width = found.axis, found.width_px
-    half = int(np.ceil(STRIP_WIDTHS * width)) + 6
-    strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
-    seen = seen_in(strips, width, False, between)
+    line = _follow(linears, axis, width, between)
+    # What a distance shows of several colours no weighted sum does, however well it stands out.
+    if not between and not line.seen.signal.by_distance and line.seen.separation < FEEBLE:
+        # Frames of few turns, which the line was told without, may show legs most of the way.
+        other = _follow(linears, axis, width, True)
+        here = _apart_px(line.axis, other.axis) < 0.5 * line.width_px
+        if here and other.seen.separation > TWICE * line.seen.separation:
+            line, between = other, True
+    axis, width, half, strips, seen = line.axis, line.width_px, line.half_px, line.strips, line.seen
     by_distance = seen.signal.by_distance
     sense = 1 if by_distance or core_of(strips, seen.signal, width, between) >= 0 else -1
     masks = seen.masks
@@ -223,6 +236,24 @@ def _sight_along(
     )
 
 
+@dataclass(frozen=True)
+class _Line:
+    axis: Axis
+    width_px: float
+    half_px: int
+    strips: list[Strip]
+    seen: Seen
+
+
+def _follow(linears: list[np.ndarray], axis: Axis, width: float, between: bool) -> _Line:
+    """A line refined on all pictures, and what is seen along it."""
+    found = settle(linears, axis, width, turns=1, between=between)
+    half = int(np.ceil(STRIP_WIDTHS * found.width_px)) + 6
+    strips = [cut_strip(p, found.axis, (0.0, found.axis.length_px), half) for p in linears]
+    seen = seen_in(strips, found.width_px, False, between)
+    return _Line(found.axis, found.width_px, half, strips, seen)
+
+
 def by_brightness(sight: Sight, pictures: list[np.ndarray]) -> Sight:
     """The same line in the same pictures, its strings told by how bright they are and not by their
     colour, which pictures store at half the resolution."""
@@ -233,8 +264,9 @@ def by_brightness(sight: Sight, pictures: list[np.ndarray]) -> Sight:
     _, shadow = masks_of(strips, LUMA, width, rough=False)
     sense = 1 if core_of(strips, LUMA, width) >= 0 else -1
     return replace(
-        sight, signal=LUMA, sense=sense, shadow_level=shadow.level, some_dim=True, faint_tone=1.0
-    )
+        sight, signal=LUMA, sense=sense, shadow_level=shadow.level, some_dim=True, faint_tone=1.0,
+        core_share=0.0,
+    )  # fmt: skip
 
 
 def _shrunk(picture: np.ndarray, factor: float) -> np.ndarray:

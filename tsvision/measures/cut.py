@@ -40,6 +40,8 @@ FOUND_BACK_PX = 1.5  # from how far off a match comes to the edge, ...
 SEARCHED_PX = 2.5  # ... and how far it may go
 SLOPE_SD_PX = 1.5  # over which the slope of a rough edge is told
 STEPS_APART = 3  # columns: of the neighbours whose differences tell the noise
+LOST = 0.5  # of the core's contrast in other frames, below which it is the ground's between legs
+LEAST_LIGHT = 0.02  # of full light: what the ground's is taken for at least
 BLACK_STEP = 8  # columns apart that are asked what strands without light would show
 # Of the typical depth: what matches with less is a fibre. Told of fainter ones is up to 0.15 more
 # than there is, for their step is held near the template's; but columns of a dark limb that hardly
@@ -53,7 +55,8 @@ class Cut:
     itself, linear; s_px (M,); half_px: n of the last row; dim: rows (M,) of the upper and lower
     borders of strands in the bundle's own shadow, NaN where none lie beyond the lit ones;
     in_colour: contrast is one of hue, not of luma; sampled (R, K) or (R, K, 3): what was
-    straightened, linear, in every BLACK_STEP-th column; sight: that it was straightened by."""
+    straightened, linear, in every BLACK_STEP-th column; sight: that it was straightened by;
+    core_share: contrast on the axis, of the ground's light there."""
 
     contrast: np.ndarray
     light: np.ndarray
@@ -68,6 +71,7 @@ class Cut:
     in_colour: bool
     sampled: np.ndarray
     sight: Sight
+    core_share: float
 
     @property
     def some_dim(self) -> bool:
@@ -97,9 +101,14 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         return None
     # With few turns the axis lies between the legs most of the way: trust the brighter columns.
     level = sight.sense * percentile(columns, 80.0)
-    steps = _steps(contrast, np.flatnonzero(np.abs(n) > inner)[::6])
+    beside = np.flatnonzero(np.abs(n) > inner)[::6]
+    steps = _steps(contrast, beside)
     if steps.size == 0:
         return None  # no ground in view beside an axis this wide
+    share = level / max(float(nan_median(light[beside, ::8].reshape(-1, 1))[0]), LEAST_LIGHT)
+    # With hardly any not even those are the bundle's, which shows what it did in other frames.
+    if abs(share) < LOST * abs(sight.core_share):
+        level *= sight.core_share / share
     ground_noise = 1.4826 * median(steps) / 1.41
     if not np.isfinite(level) or abs(level) < max(1e-4, 1.5 * ground_noise):
         return None
@@ -130,6 +139,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         sight.signal.in_colour,
         strip.values[:, ::BLACK_STEP].copy(),
         sight,
+        share,
     )
 
 
@@ -150,12 +160,14 @@ def _steps(contrast, rows):  # pragma: no cover - compiled
 
 def _black(values: np.ndarray, contrast: np.ndarray, n: np.ndarray, sight: Sight) -> float:
     """The contrast of a strand without light, from the strip's values (R, M) or (R, M, 3) on the
-    axis and beside it: below 0 where the ground beside bright strands is lit. What is told by a hue
-    or by being darker does not fall below its ground."""
+    axis and beside it: below 0 where the ground beside bright strands is lit; NaN where no strands
+    lie on the axis. What is told by a hue or by being darker does not fall below its ground."""
     channels = 1 if values.ndim == 2 else 3
     middle = np.abs(n) <= max(0.2 * sight.width_px, 1.0)
     beside = np.flatnonzero(np.abs(n) > GROUND_FROM * sight.width_px)[::6]
     strings = values[middle][contrast[middle] > 0.5].reshape(-1, channels)
+    if not strings.size:
+        return float("nan")
     ground = np.nanmedian(values[beside].reshape(-1, channels), axis=0)
     black = black_contrast(strings, ground, sight.signal)
     return max(black, 0.0) if sight.signal.in_colour or sight.sense < 0 else black
@@ -267,8 +279,10 @@ def learn_shading(cuts: list[Cut], rho_px: float) -> tuple[Shading, Shading] | N
 
 
 def black_of(cuts: list[Cut]) -> float:
-    """The contrast of a strand without light, the typical one of some cuts."""
-    return float(np.median([cut.black for cut in cuts]))
+    """The contrast of a strand without light, the typical one of the cuts that show one; 0 where
+    none does, as before a black ground."""
+    known = [cut.black for cut in cuts if np.isfinite(cut.black)]
+    return float(np.median(known)) if known else 0.0
 
 
 def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:

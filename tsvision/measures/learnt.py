@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsvision.images.sight import Sight, by_brightness
-from tsvision.measures.cut import Cut, cut_frame, learn_shading
+from tsvision.measures.cut import LOST, Cut, cut_frame, learn_shading
 from tsvision.measures.settle import EdgeLook, settle
 from tsvision.measures.shading import Shading, plain_shading
 from tsvision.measures.silhouette import Section
@@ -23,6 +23,7 @@ from tsvision.measures.uncertainty import light_sd_px
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
 SURER = 0.6  # of the width's uncertainty by colour, which that by brightness has to stay below
 FADED_PX = 3.0  # thinner than by colour, whose blocks add less: lit limbs are as bright as ground
+SHOWN = 75.0  # per cent of the frames whose cores show less: most may be of hardly a turn
 MISSED_PX = 1.0  # as much off as this counts an edge that was not found
 
 Pairs = list[tuple[np.ndarray, Cut]]
@@ -46,6 +47,21 @@ def cut_all(pictures: list[np.ndarray], sight: Sight, strand_px: float, half_px:
     """What is cut of those pictures that show strings."""
     cuts = ((p, cut_frame(p, sight, strand_px, half_px)) for p in pictures)
     return [(p, cut) for p, cut in cuts if cut is not None]
+
+
+def cut_alike(
+    pictures: list[np.ndarray], sight: Sight, strand_px: float, half_px: int
+) -> tuple[Sight, Pairs]:
+    """The same, by a sight that knows what the core shows in the frames where it lies on the axis:
+    in others, of hardly a turn, ground between legs does."""
+    pairs = cut_all(pictures, sight, strand_px, half_px)
+    if pairs:
+        shares = np.abs([cut.core_share for _, cut in pairs])
+        share = float(np.percentile(shares, SHOWN))
+        sight = replace(sight, core_share=sight.sense * share)
+        if (shares < LOST * share).any():
+            pairs = cut_all(pictures, sight, strand_px, half_px)
+    return sight, pairs
 
 
 def learn_edges(pairs: Pairs, sight: Sight, section: Section) -> Learnt:
@@ -74,7 +90,7 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
         return learnt
     pictures = [picture for picture, _ in learnt.pairs]
     sight = by_brightness(learnt.sight, pictures)
-    pairs = cut_all(pictures, sight, sight.width_px / section.diameter_d, half_px)
+    sight, pairs = cut_alike(pictures, sight, sight.width_px / section.diameter_d, half_px)
     if not pairs:
         return learnt
     other = learn_edges(pairs, sight, section)

@@ -17,7 +17,7 @@ from tsvision.measures.cut import Cut, find_edges
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.gap import Gap, gap_from_legs
 from tsvision.measures.handedness import slope_between
-from tsvision.measures.learnt import cut_all, learn_edges, surest
+from tsvision.measures.learnt import cut_alike, cut_all, learn_edges, surest
 from tsvision.measures.leg_gauge import gauge_from_legs, gauged
 from tsvision.measures.legs import Face, face_from_legs
 from tsvision.measures.section import pair_core
@@ -120,8 +120,8 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         there = find_ends(pictures, [], other, zone_px, gap_px)
         if _agree(there, zone_px):  # plate and connector outweigh what the legs seemed to tell
             sight, ends = other, there
-    sight = _between(sight, ends)
-    pairs = cut_all(pictures, sight, strand_px, half) or pairs
+    sight, between = cut_alike(pictures, _between(sight, ends), strand_px, half)
+    pairs = between or pairs
     tone = faint_tone(
         [cut.contrast for _, cut in pairs],
         [cut.silhouette for _, cut in pairs],

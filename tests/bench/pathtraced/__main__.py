@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from .catalogue import SPECS, vary
 from .recording import Spec
+
+SURFACES = ("principled", "matt", "plastic")
 
 
 def main() -> None:
@@ -20,6 +23,8 @@ def main() -> None:
     parser.add_argument("--vary", type=int, default=0, metavar="K", help="draw anew, K-th time")
     parser.add_argument("--wild", nargs="+", type=int, metavar="K", default=[],
                         help="render recordings in which everything is drawn at once")  # fmt: skip
+    parser.add_argument("--surface", choices=SURFACES, default=SURFACES[0],
+                        help="of the strings (default: %(default)s)")  # fmt: skip
     parser.add_argument("--out", type=Path, default=Path("pathtraced"))
     args = parser.parse_args()
     if args.list or not (args.render or args.verify or args.pictures or args.wild):
@@ -28,12 +33,14 @@ def main() -> None:
     for name in SPECS if args.render == ["all"] else args.render:
         from .recording import write
 
-        print(write(chosen(name, args.vary, parser), args.out, not args.tables_only))
+        spec = of_surface(chosen(name, args.vary, parser), args.surface)
+        print(write(spec, args.out, not args.tables_only))
     for number in args.wild:
         from .recording import write
         from .wild import wild
 
-        print(write(wild(number), args.out, not args.tables_only))
+        spec = of_surface(wild(number), args.surface)
+        print(write(spec, args.out, not args.tables_only))
     for name in SPECS if args.verify == ["all"] else args.verify:
         from .verify import verify
 
@@ -48,6 +55,14 @@ def chosen(name: str, number: int, parser: argparse.ArgumentParser) -> Spec:
     if name not in SPECS:
         parser.error(f"no recording is called {name!r}; choose from {', '.join(SPECS)}")
     return vary(SPECS[name], number) if number else SPECS[name]
+
+
+def of_surface(spec: Spec, surface: str) -> Spec:
+    """The same recording of strings with another surface."""
+    if surface == spec.look.surface:
+        return spec
+    look = replace(spec.look, surface=surface)
+    return replace(spec, name=f"{spec.name}_{surface}", look=look)
 
 
 if __name__ == "__main__":

@@ -31,6 +31,7 @@ class Look:
     braid: float = 0.25  # contrast of the braid in the albedo
     bump_mm: float = 0.02
     gloss: float = 0.35
+    surface: str = "principled"  # or "matt", "plastic": how much of the light is lost at the limb
     fibres: int = 10
     fibre_mm: float = 0.012
     light: float = 11.0  # radiance of the lamp
@@ -93,12 +94,16 @@ def string_bsdf(mi: Any, colour: RGB, look: Look) -> dict[str, Any]:
     along = mi.ScalarTransform3f().scale([1.0, 1 / 0.5])  # two yarn crossings a mm of string
     shade = 1 - look.braid * (1 - height)
     albedo = np.clip(shade[..., None] * np.array(colour), 0.0, 0.95)
-    fibre = {
-        "type": "principled",
-        "base_color": bitmap(mi, albedo, to_uv=along),
-        "roughness": 1 - look.gloss,
-        "specular": 0.4,
-    }
+    painted = bitmap(mi, albedo, to_uv=along)
+    surfaces: dict[str, dict[str, Any]] = {
+        # Sends as much as a matt one, rough ones even more, when seen at grazing angles.
+        "principled": {"type": "principled", "base_color": painted, "roughness": 1 - look.gloss,
+                       "specular": 0.4},
+        "matt": {"type": "diffuse", "reflectance": painted},
+        # A dielectric's: what is seen at grazing angles is the mirror image of what lies beyond.
+        "plastic": {"type": "roughplastic", "diffuse_reflectance": painted, "alpha": 0.3},
+    }  # fmt: skip
+    fibre = surfaces[look.surface]
     relief = bitmap(mi, height[..., None], to_uv=along)
     return {"type": "bumpmap", "arbitrary": relief, "scale": look.bump_mm, "bsdf": fibre}
 
