@@ -44,6 +44,7 @@ def a_cut(reach: int) -> Cut:
         in_colour=False,
         sampled=contrast[:, ::8],
         sight=sight,
+        core_share=1.0,
     )
 
 

@@ -42,6 +42,7 @@ SLOPE_SD_PX = 1.5  # over which the slope of a rough edge is told
 STEPS_APART = 3  # columns: of the neighbours whose differences tell the noise
 LOST = 0.5  # of the core's contrast in other frames, below which it is the ground's between legs
 LEAST_LIGHT = 0.02  # of full light: what the ground's is taken for at least
+GROUND_STEP = 8  # columns apart that tell the ground's light
 BLACK_STEP = 8  # columns apart that are asked what strands without light would show
 # Of the typical depth: what matches with less is a fibre. Told of fainter ones is up to 0.15 more
 # than there is, for their step is held near the template's; but columns of a dark limb that hardly
@@ -105,7 +106,8 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     steps = _steps(contrast, beside)
     if steps.size == 0:
         return None  # no ground in view beside an axis this wide
-    share = level / max(float(nan_median(light[beside, ::8].reshape(-1, 1))[0]), LEAST_LIGHT)
+    lit = light[beside, ::GROUND_STEP]
+    share = level / max(median(lit[np.isfinite(lit)]), LEAST_LIGHT)
     # With hardly any not even those are the bundle's, which shows what it did in other frames.
     if abs(share) < LOST * abs(sight.core_share):
         level *= sight.core_share / share

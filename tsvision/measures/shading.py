@@ -49,7 +49,7 @@ OUTSIDE_PX = 5.0
 RAMP_SD = 0.002
 # Between a matt surface and a dielectric: strings are rough, and of plastic. Told by pictures only
 # where a strand's radius is many times the blur.
-LIMB_LOSS = 0.4
+LIMB_LOSS = 0.25
 RAMPS = 2  # unknowns that they are, for either sign: a light fit by nnls has no negative ones
 
 
