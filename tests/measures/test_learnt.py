@@ -13,7 +13,7 @@ from tests.images.test_sight import BUNDLE_PX, few_turns
 from tests.measures.films import film_of, measured
 from tsvision.images.sight import Sight, Told, find_sight
 from tsvision.images.signal import Way
-from tsvision.measures.cut import black_of
+from tsvision.measures.cut import black_of, cut_frame
 from tsvision.measures.learnt import _tells_more, cut_alike, cut_all
 from tsvision.measures.settle import EdgeLook
 from tsvision.measures.shading import plain_shading
@@ -45,7 +45,7 @@ def test_strings_as_bright_as_their_ground_keep_their_hue(tmp_path: Path) -> Non
     assert (np.abs(error_px) < 1.96 * sd_px).all()
 
 
-def close_up() -> list[np.ndarray]:
+def film_of_few_turns() -> list[np.ndarray]:
     """Two frames of hardly a turn, and more turns in the others."""
     return [few_turns(a, uneven=0.2) for a in (0.97, 0.95, 0.6, 0.5, 0.5, 0.45, 0.4, 0.35)]
 
@@ -59,7 +59,7 @@ def sight_of(film: list[np.ndarray]) -> Sight:
 def test_a_frame_of_hardly_a_turn_shows_strings_as_the_others_do() -> None:
     """Ground between the legs lay on its axis: its waves counted as strings of 0.04 of their
     contrast, and were measured as a bundle."""
-    film = close_up()
+    film = film_of_few_turns()
     sight = sight_of(film)
     alone = [cut.core_level for _, cut in cut_all(film, sight, 8.0, 43)]
     assert min(alone) < 0.3 * max(alone)
@@ -69,9 +69,18 @@ def test_a_frame_of_hardly_a_turn_shows_strings_as_the_others_do() -> None:
     assert min(levels) > 0.7 * max(levels)
 
 
+@pytest.mark.parametrize("light", [0, 40])
+def test_a_picture_of_nothing_shows_no_bundle(light: int) -> None:
+    """A shutter, a lamp that failed: nothing at all on its axis, in units of what others show."""
+    film = film_of_few_turns()
+    sight, _ = cut_alike(film, sight_of(film), 8.0, 43)
+    cut = cut_frame(np.full_like(film[0], light), sight, 8.0, 43)
+    assert cut is None or not cut.silhouette.bundle.any()
+
+
 def test_cuts_without_strings_say_nothing_of_strands_without_light() -> None:
     """Frames of legs alone among those learnt from: nothing could be learnt of any."""
-    [(_, bundle)] = cut_all([few_turns(0.4)], sight_of(close_up()), 8.0, 43)
+    [(_, bundle)] = cut_all([few_turns(0.4)], sight_of(film_of_few_turns()), 8.0, 43)
     legs = replace(bundle, contrast=np.zeros_like(bundle.contrast))
     assert np.isnan(legs.black)
     assert black_of([legs, bundle]) == bundle.black

@@ -184,13 +184,9 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
 
 def _same(trial: Trial, other: Trial) -> bool:
     """Whether two lines have come to lie in the same place, within half a width."""
-    return _apart_px(trial.axis, other.axis) < 0.5 * min(trial.width_px, other.width_px)
-
-
-def _apart_px(axis: Axis, other: Axis) -> float:
-    """How far their ends lie apart."""
-    here, there = (a.at(np.array([0.0, a.length_px])) for a in (axis, other))
-    return float(np.linalg.norm(here - there, axis=1).max())
+    here, there = (t.axis.at(np.array([0.0, t.axis.length_px])) for t in (trial, other))
+    apart = np.linalg.norm(here - there, axis=1).max()
+    return bool(apart < 0.5 * min(trial.width_px, other.width_px))
 
 
 def _sight_along(
@@ -198,15 +194,14 @@ def _sight_along(
 ) -> Sight:
     """What is seen along a line, followed at full size."""
     linears = [to_linear(p, told.gamma) for p in pictures]
-    line = _follow(linears, axis, width, between)
+    found, strips, seen = _follow(linears, axis, width, between)
     # What a distance shows of several colours no weighted sum does, however well it stands out.
-    if not between and not line.seen.signal.by_distance and line.seen.separation < FEEBLE:
+    if not between and not seen.signal.by_distance and seen.separation < FEEBLE:
         # Frames of few turns, which the line was told without, may show legs most of the way.
-        other = _follow(linears, axis, width, True)
-        here = _apart_px(line.axis, other.axis) < 0.5 * line.width_px
-        if here and other.seen.separation > TWICE * line.seen.separation:
-            line, between = other, True
-    axis, width, half, strips, seen = line.axis, line.width_px, line.half_px, line.strips, line.seen
+        other, there, more = _follow(linears, axis, width, True)
+        if _same(found, other) and more.separation > TWICE * seen.separation:
+            found, strips, seen = other, there, more
+    axis, width, between, half = found.axis, found.width_px, found.between, strips[0].half_px
     by_distance = seen.signal.by_distance
     sense = 1 if by_distance or core_of(strips, seen.signal, width, between) >= 0 else -1
     masks = seen.masks
@@ -236,22 +231,14 @@ def _sight_along(
     )
 
 
-@dataclass(frozen=True)
-class _Line:
-    axis: Axis
-    width_px: float
-    half_px: int
-    strips: list[Strip]
-    seen: Seen
-
-
-def _follow(linears: list[np.ndarray], axis: Axis, width: float, between: bool) -> _Line:
-    """A line refined on all pictures, and what is seen along it."""
+def _follow(
+    linears: list[np.ndarray], axis: Axis, width: float, between: bool
+) -> tuple[Trial, list[Strip], Seen]:
+    """A line refined on all pictures, their strips along it, and what is seen there."""
     found = settle(linears, axis, width, turns=1, between=between)
     half = int(np.ceil(STRIP_WIDTHS * found.width_px)) + 6
     strips = [cut_strip(p, found.axis, (0.0, found.axis.length_px), half) for p in linears]
-    seen = seen_in(strips, found.width_px, False, between)
-    return _Line(found.axis, found.width_px, half, strips, seen)
+    return found, strips, seen_in(strips, found.width_px, False, between)
 
 
 def by_brightness(sight: Sight, pictures: list[np.ndarray]) -> Sight:

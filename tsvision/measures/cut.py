@@ -107,10 +107,11 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     if steps.size == 0:
         return None  # no ground in view beside an axis this wide
     lit = light[beside, ::GROUND_STEP]
-    share = level / max(median(lit[np.isfinite(lit)]), LEAST_LIGHT)
+    ground_light = max(median(lit[np.isfinite(lit)]), LEAST_LIGHT)
+    share = level / ground_light
     # With hardly any not even those are the bundle's, which shows what it did in other frames.
     if abs(share) < LOST * abs(sight.core_share):
-        level *= sight.core_share / share
+        level = sight.core_share * ground_light
     ground_noise = 1.4826 * median(steps) / 1.41
     if not np.isfinite(level) or abs(level) < max(1e-4, 1.5 * ground_noise):
         return None

@@ -8,8 +8,7 @@ from pathlib import Path
 
 from .catalogue import SPECS, vary
 from .recording import Spec
-
-SURFACES = ("principled", "matt", "plastic")
+from .scene import SURFACES
 
 
 def main() -> None:

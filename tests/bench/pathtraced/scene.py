@@ -18,6 +18,7 @@ RGB = tuple[float, float, float]
 
 
 LAMP_MM = 90.0  # from the target, in units of `Look.light_from`
+SURFACES = ("principled", "matt", "plastic")  # of strings: see `string_bsdf`
 LAMP_UP = np.array([0.31, 0.95, 0.1])
 
 
@@ -31,7 +32,7 @@ class Look:
     braid: float = 0.25  # contrast of the braid in the albedo
     bump_mm: float = 0.02
     gloss: float = 0.35
-    surface: str = "principled"  # or "matt", "plastic": how much of the light is lost at the limb
+    surface: str = SURFACES[0]  # how much of the light is lost at the limb
     fibres: int = 10
     fibre_mm: float = 0.012
     light: float = 11.0  # radiance of the lamp
