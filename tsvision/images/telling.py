@@ -20,10 +20,11 @@ FLOOR = 2e-3  # of full light: what the ground varies by at least
 STRONGEST, BUNDLE = 90.0, 0.5
 
 OTHER_HUE = 4.0  # spreads of the ground's hue from which strings are of another
-SEVERAL_HUES = 0.45  # spread of the colour's direction from which strands are of several colours
+SEVERAL_HUES = 0.35  # spread of the colour's direction from which strands are of several colours
+OFTEN = 0.3  # share of the windows of the axis that show several, where strings do
 FAR = 3.0  # spreads of the ground's colour beyond which a sample's hue is asked for
 LIT = 0.06  # of full light, in all channels: what is darker shows no hue
-OF_ALL, OF_MOST = 0.2, 0.5  # shares of the samples that have to show theirs
+OF_WINDOW = 0.3  # share of a window's samples that have to show theirs
 
 # Per cent of the samples on strands of several colours that may lie where two of them meet: there
 # yellow and blue make grey, and more so in the blur of thin strands.
@@ -55,7 +56,7 @@ def find_signal(
     if min(len(inner), len(outer)) < FEWEST:
         return LUMA, float("nan")
     weights, separation = best_weights(central_cloud(inner), central_cloud(outer))
-    if many_coloured(inner, outer):
+    if many_coloured(_windows(strips, half_core), outer):
         return distance_for(inner, outer), separation
     return DISTANCE if are_both_ways(strips, half_core) else summed(weights), separation
 
@@ -95,6 +96,20 @@ def _rows(strip: Strip, half_core: float) -> tuple[np.ndarray, np.ndarray]:
     return strip.values[n < max(CORE * half_core, 1.0)], strip.values[n > GROUND * half_core]
 
 
+def _windows(strips: list[Strip], half_core: float) -> list[np.ndarray]:
+    """Colours (K, 3) on the axis of some strips, by stretches of so many half cores."""
+    window = max(round(WINDOW * half_core), 1)
+    found = []
+    for strip in strips:
+        axis, _ = _rows(strip, half_core)
+        for first in range(0, axis.shape[1] - window + 1, window):
+            some = axis[:, first : first + window].reshape(-1, 3)
+            some = some[~np.isnan(some).any(axis=1)]
+            if len(some):
+                found.append(some)
+    return found
+
+
 def _some(samples: np.ndarray) -> np.ndarray:
     return samples[:: max(1, len(samples) // SAMPLES)]
 
@@ -111,20 +126,28 @@ def _off_ground(axis: np.ndarray, beside: np.ndarray) -> np.ndarray:
     return axis[:, known][:, of_bundle(away[known])]
 
 
-def many_coloured(inner: np.ndarray, outer: np.ndarray) -> bool:
-    """Whether the samples on the strings are of several hues: their chromaticity, which shading
-    leaves alone, spreads. inner, outer: (n, 3) linear BGR on the axis and beside it."""
-    ground, lit = np.median(outer, axis=0), inner.sum(axis=1) > LIT
+def many_coloured(windows: list[np.ndarray], outer: np.ndarray) -> bool:
+    """Whether strands of several hues wind about each other: in many of the stretches of the axis
+    that show strings their chromaticity, which shading leaves alone, spreads. A connector, a plate
+    and the strings before them are each of their own.
+
+    windows: of (n, 3) linear BGR on the axis, outer (m, 3) beside it.
+    """
+    ground = np.median(outer, axis=0)
     spread = _spread(np.abs(outer - ground))
-    far = np.sqrt((((inner - ground) / spread) ** 2).mean(axis=1)) > FAR
-    if _hues(inner[far & lit], len(inner), OF_ALL) > SEVERAL_HUES:
-        return True
-    # On a ground of uneven brightness strings are told by hue alone, and then most of them.
+    # On a ground of uneven brightness strings are told by hue alone.
     plain = _hue_of(outer)
     middle = np.median(plain, axis=0)
-    away = np.linalg.norm(_hue_of(inner) - middle, axis=1)
     typical = _spread(np.linalg.norm(plain - middle, axis=1))
-    return _hues(inner[(away > OTHER_HUE * typical) & lit], len(inner), OF_MOST) > SEVERAL_HUES
+    spreads = []
+    for some in windows:
+        far = np.sqrt((((some - ground) / spread) ** 2).mean(axis=1)) > FAR
+        other = np.linalg.norm(_hue_of(some) - middle, axis=1) > OTHER_HUE * typical
+        strings = some[(far | other) & (some.sum(axis=1) > LIT)]
+        if len(strings) > max(OF_WINDOW * len(some), 4):
+            low, high = np.percentile(_hue_of(strings), [25.0, 75.0], axis=0)
+            spreads.append(float(np.linalg.norm(high - low)))
+    return len(spreads) > 0 and float(np.mean(np.array(spreads) > SEVERAL_HUES)) > OFTEN
 
 
 def _spread(away: np.ndarray) -> np.ndarray:
@@ -134,14 +157,6 @@ def _spread(away: np.ndarray) -> np.ndarray:
 
 def _hue_of(samples: np.ndarray) -> np.ndarray:
     return samples / np.maximum(np.linalg.norm(samples, axis=1, keepdims=True), 1e-9)
-
-
-def _hues(strings: np.ndarray, of: int, least_share: float) -> float:
-    """How far the hues of samples (n, 3) spread; 0 when they are too few of all."""
-    if len(strings) < max(least_share * of, 4):
-        return 0.0
-    low, high = np.percentile(_hue_of(strings), [25.0, 75.0], axis=0)
-    return float(np.linalg.norm(high - low))
 
 
 def distance_for(inner: np.ndarray, outer: np.ndarray) -> Signal:

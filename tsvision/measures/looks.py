@@ -154,6 +154,8 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         half_gap_px = 0.5 * gap_px if face is None else face.half_gap_px
         gauge = gauge_from_legs(pairs, sight, shading, zero, ends.plate_px, half_gap_px, d_px)
         if gauge is not None:
+            # What frames show of one limb is no more alike for their legs being so.
+            gauge = replace(gauge, sd_px=float(np.hypot(gauge.sd_px, edge.apart_px)))
             shading, wider = gauged(shading, gauge)
             diameter += wider
     return Looks(

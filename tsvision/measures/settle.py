@@ -27,15 +27,16 @@ from tsvision.measures.cut import Cut, black_of, edge_profiles, find_edges
 from tsvision.measures.helix import Edges
 from tsvision.measures.shading import Shading
 from tsvision.measures.shading_fit import fit_shading
-from tsvision.measures.shape import hidden_px, shape_of, trust_of
-from tsvision.measures.silhouette import Section
+from tsvision.measures.shape import Shape, hidden_px, shape_of, trust_of
+from tsvision.measures.silhouette import RHO, Y0, Section
 from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR, light_sd_px
 from tsvision.measures.weigh import POOR
 from tsvision.measures.windows import learning_windows
 
+AIMS, AIMED_PX = 3, 0.5  # times, until edges are looked along no farther than so from the true
 ROUNDS = (2, 8, 14)  # at least, at most, and at most while each moves the edges less, ...
 SETTLED_PX = 0.1  # ... until their places move by no more
-SHIFTS, FURTHEST_SHIFT_PX = 3, 1.5  # times that edges are sent elsewhere, and how far in all
+SHIFTS, FURTHEST_SHIFT_PX = 4, 4.0  # times that edges are sent elsewhere, and how far in all
 SUREST_PX = 0.05  # sd of a width: none is surer
 SHARP = 1.35  # times the sharpest frame's blur: these teach where frames differ
 
@@ -48,7 +49,8 @@ class EdgeLook:
     off, in squares of their sd, light and the outline's shape each found the bundles fitted;
     hidden_px: how much of the width may lie beyond edges that are no strand's; frames: in how
     many a bundle was fitted, rms_px: its residuals, the median, and matched: share of its columns
-    whose edges were found, in the last round; coils: fitted in it, each by its cut's id, which the
+    whose edges were found, in the last round; apart_px: by how much the width that a frame shows
+    may differ from what most do, where rounds went to and fro; coils: fitted in it, each by its cut's id, which the
     next begins from."""
 
     shading: tuple[Shading, Shading]
@@ -61,6 +63,7 @@ class EdgeLook:
     frames: int = 0
     rms_px: float = float("nan")
     matched: float = 0.0
+    apart_px: float = 0.0
     coils: dict[int, BundleFit] = field(default_factory=dict)
 
     @property
@@ -92,7 +95,7 @@ def _settled(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
             ahead = _again(cuts, section, looks[-1])
             if _holds(looks[-1], ahead):
                 return looks[-1]
-    return _shifted(cuts, section, _unstrained(looks[1:]))
+    return _sent(cuts, section, _unstrained(looks[1:]), looks[2:])
 
 
 def _holds(look: EdgeLook, ahead: EdgeLook) -> bool:
@@ -121,6 +124,13 @@ def _unstrained(looks: list[EdgeLook]) -> EdgeLook:
     return _less_sure(found, found.moved_px)
 
 
+def _as_sure(shading: tuple[Shading, Shading], sd_px: float) -> tuple[Shading, Shading]:
+    """The shading with a width's sd of so much."""
+    by = sd_px / max(light_sd_px(shading), 1e-6)
+    upper, lower = (replace(s, place_sd_px=s.place_sd_px * by) for s in shading)
+    return upper, lower
+
+
 def _less_sure(look: EdgeLook, by_px: float) -> EdgeLook:
     upper, lower = (
         replace(s, place_sd_px=float(np.hypot(s.place_sd_px, by_px))) for s in look.shading
@@ -128,39 +138,49 @@ def _less_sure(look: EdgeLook, by_px: float) -> EdgeLook:
     return replace(look, shading=(upper, lower))
 
 
-def _shifted(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
-    """The look with its edges moved to where light and shape see them, where rounds do not bring
-    them there.
+def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLook]) -> EdgeLook:
+    """The look with its edges sent to where bundles are as thick as most rounds say, where rounds
+    do not bring them there.
 
-    Along a limb that sends little light most columns match the border of what is lit, whatever the
-    template: round after round the mean edge is seen to lie farther out. Under a template that is
-    held the edges do go where they are sent. What the light is not sure of stays where it is, and
-    so does what is told by its hue, which fades at a limb for other reasons than light does.
+    Along a limb that sends little light columns match the border of what is lit as often as the
+    limb, by which template it is one or the other, and rounds go to and fro by pixels. What each
+    says of the true width, from the mean edge along whatever was found, differs far less. Under a
+    template that is held the edges do go where they are sent. What is told by its hue stays where
+    it is: that fades at a limb for other reasons than light does.
     """
     if any(cut.in_colour for cut in cuts):
         return look
-    moved = look
+    said_px = np.array([r.settled_px for r in rounds])
+    width_px = float(np.median(said_px))
+    spread_px = 1.4826 * float(np.median(np.abs(said_px - width_px)))
+    light_px = float(np.median([light_sd_px(r.shading) for r in rounds]))
+    look = replace(look, shading=_as_sure(look.shading, np.hypot(spread_px, light_px)))
+    side = int(np.argmin(look.trust))
+    off_px = 0.0
     for _ in range(SHIFTS):
-        found = _again(cuts, section, moved)
-        if moved is look and found.moved_px < light_sd_px(found.shading):
-            return look
-        if found.moved_px < SETTLED_PX:
-            return moved
-        beyond = [s.beyond_px - p for s, p in zip(moved.shading, found.places_px, strict=True)]
-        if max(map(abs, beyond)) > FURTHEST_SHIFT_PX:
-            return look
-        upper, lower = (
-            replace(s, beyond_px=px, place_sd_px=now.place_sd_px)
-            for s, px, now in zip(moved.shading, beyond, found.shading, strict=True)
-        )
-        moved = replace(
-            moved,
-            shading=(upper, lower),
-            diameter_px=found.settled_px,
-            trust=found.trust,
-            hidden_px=found.hidden_px,
-        )
-    return _less_sure(moved, found.moved_px)
+        each_px = _widths_px(cuts, section, look)
+        if not each_px.size:
+            break
+        seen_px = float(np.median(each_px))
+        off_px = width_px - seen_px
+        look = replace(look, apart_px=float(np.abs(each_px - seen_px).max()))
+        if not abs(off_px) > SETTLED_PX:
+            break
+        moved = replace(look.shading[side], beyond_px=look.shading[side].beyond_px + off_px)
+        if abs(moved.beyond_px) > FURTHEST_SHIFT_PX:
+            break
+        shading = (moved, look.shading[1]) if side == 0 else (look.shading[0], moved)
+        look = replace(look, shading=shading, diameter_px=width_px)
+    return _less_sure(look, float(np.hypot(off_px, look.apart_px)))
+
+
+def _widths_px(cuts: list[Cut], section: Section, look: EdgeLook) -> np.ndarray:
+    """D as each of the frames shows it under a look (K,), those left out that show none."""
+    seen = [(cut, replace(find_edges(cut, look.shading), trust=look.trust)) for cut in cuts]
+    fits = _fitted(seen, section, look.diameter_px, coil=False)
+    fits = fits or _fitted(seen, section, look.diameter_px, coil=True, last=look.coils)
+    each = _of_frames(fits, np.array([f.bundle.fit.diameter_px for f in fits]))
+    return np.array(list(each.values()))
 
 
 def _again(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
@@ -188,20 +208,12 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
         fits = [f for f in fits if not blurs[id(f.cut)] > limit]
     fits = _best(fits)
     diameter = float(np.median([f.bundle.fit.diameter_px for f in fits]))
-    rho = 0.5 * diameter / section.diameter_d
-    mean = edge_profiles([f.cut for f in fits], rho, [model_rows(f.cut, f.bundle) for f in fits])
-    if mean is None:
-        return replace(look, diameter_px=diameter, steady=steady, places_px=(0.0, 0.0), coils=coils)
     each = [(f.edges, f.bundle) for f in fits]
     shape = shape_of(each, look.shading[0].blur_px)
-    upper, lower, places_px = fit_shading(
-        mean,
-        rho,
-        black_of([f.cut for f in fits]),
-        look.shading[0].blur_px,
-        shape,
-        grooved=section.count > 2 and not fits[0].cut.in_colour,
-    )
+    taught = _taught(fits, shape, look.shading[0].blur_px)
+    if taught is None:
+        return replace(look, diameter_px=diameter, steady=steady, places_px=(0.0, 0.0), coils=coils)
+    (upper, lower), places_px = taught
     upper_px, lower_px = map(float, places_px)
     strain = (float(places_px.sum()) / max(light_sd_px((upper, lower)), SUREST_PX)) ** 2
     strain += (shape.width_px / shape.sd_px) ** 2
@@ -218,6 +230,50 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
         float(np.median([f.edges.both_seen[f.cut.silhouette.bundle].mean() for f in fits])),
         coils,
     )
+
+
+def _taught(
+    fits: list[_Fitted], shape: Shape, blur_px: float
+) -> tuple[tuple[Shading, Shading], np.ndarray] | None:
+    """The shading of either side that the mean edges along some bundles teach, and (2,) where the
+    true edges lie; None where too little is seen.
+
+    Along an outline far from the true one, as of bundles whose dark limb was taken to end where
+    its light does, the mean edge is smeared: lobes are as high as their strands are thick. So
+    bundles are made as thick as they are said to be, and looked along again.
+    """
+    section = fits[0].bundle.fit.section
+    places_px = np.zeros(2)
+    for _ in range(AIMS):
+        aimed = [_moved(f.bundle, places_px) for f in fits]
+        rho = 0.5 * float(np.median([b.fit.diameter_px for b in aimed])) / section.diameter_d
+        mean = edge_profiles(
+            [f.cut for f in fits],
+            rho,
+            [model_rows(f.cut, b) for f, b in zip(fits, aimed, strict=True)],
+        )
+        if mean is None:
+            return None
+        upper, lower, off_px = fit_shading(
+            mean,
+            rho,
+            black_of([f.cut for f in fits]),
+            blur_px,
+            replace(shape, width_px=shape.width_px - float(places_px.sum())),
+            grooved=section.count > 2 and not fits[0].cut.in_colour,
+        )
+        places_px = places_px + off_px
+        if np.abs(off_px).max() < AIMED_PX:
+            break
+    return (upper, lower), places_px
+
+
+def _moved(found: BundleFit, places_px: np.ndarray) -> BundleFit:
+    """The bundle whose edges lie so far (2,) inside those fitted."""
+    p = found.fit.p.copy()
+    p[RHO] *= 1.0 - float(places_px.sum()) / found.fit.diameter_px
+    p[Y0] += 0.5 * float(places_px[1] - places_px[0])
+    return replace(found, fit=replace(found.fit, p=p))
 
 
 @dataclass(frozen=True)
