@@ -228,7 +228,7 @@ def _again(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
         frames,
         float(np.median([f.bundle.fit.rms_px for f in fits])),
         float(np.median([f.edges.both_seen[f.cut.silhouette.bundle].mean() for f in fits])),
-        coils,
+        coils=coils,
     )
 
 

@@ -49,7 +49,7 @@ OUTSIDE_PX = 5.0
 RAMP_SD = 0.002
 # Between a matt surface and a dielectric: strings are rough, and of plastic. Told by pictures only
 # where a strand's radius is many times the blur.
-LIMB_LOSS = 0.25
+LIMB_LOSS = 0.37
 RAMPS = 2  # unknowns that they are, for either sign: a light fit by nnls has no negative ones
 
 
@@ -92,9 +92,10 @@ def inside_px(rho_px: float) -> float:
 
 
 def limb_loss(black: float) -> float:
-    """Of light at the limb, for strands that show the contrast `black` without any: what is seen
-    of those before a bright ground is their outline, not their light."""
-    return LIMB_LOSS * max(0.0, 1.0 - black)
+    """Of contrast at the limb, for strands that show the contrast `black` without any light of
+    their own: bright ones send less of it; those before a bright ground mirror that, as far as they
+    are more than an outline."""
+    return LIMB_LOSS * (1.0 - black if black < 1.0 else min(black - 1.0, 1.0))
 
 
 def light_shapes(
