@@ -36,7 +36,7 @@ from tsvision.measures.windows import learning_windows
 AIMS, AIMED_PX = 3, 0.5  # times, until edges are looked along no farther than so from the true
 ROUNDS = (2, 8, 14)  # at least, at most, and at most while each moves the edges less, ...
 SETTLED_PX = 0.1  # ... until their places move by no more
-SHIFTS, FURTHEST_SHIFT_PX = 4, 4.0  # times that edges are sent elsewhere, and how far in all
+SHIFTS, FURTHEST_SHIFT = 4, 0.6  # times that edges are sent elsewhere, and how far, in radii
 SUREST_PX = 0.05  # sd of a width: none is surer
 SHARP = 1.35  # times the sharpest frame's blur: these teach where frames differ
 
@@ -49,9 +49,9 @@ class EdgeLook:
     off, in squares of their sd, light and the outline's shape each found the bundles fitted;
     hidden_px: how much of the width may lie beyond edges that are no strand's; frames: in how
     many a bundle was fitted, rms_px: its residuals, the median, and matched: share of its columns
-    whose edges were found, in the last round; apart_px: by how much the width that a frame shows
-    may differ from what most do, where rounds went to and fro; coils: fitted in it, each by its cut's id, which the
-    next begins from."""
+    whose edges were found, in the last round; apart_px: sd of the widths that frames show, where
+    rounds went to and fro; coils: fitted in it, each by its cut's id, which the next begins
+    from."""
 
     shading: tuple[Shading, Shading]
     diameter_px: float
@@ -154,33 +154,36 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
     width_px = float(np.median(said_px))
     spread_px = 1.4826 * float(np.median(np.abs(said_px - width_px)))
     light_px = float(np.median([light_sd_px(r.shading) for r in rounds]))
-    look = replace(look, shading=_as_sure(look.shading, np.hypot(spread_px, light_px)))
+    look = replace(look, shading=_as_sure(look.shading, float(np.hypot(spread_px, light_px))))
     side = int(np.argmin(look.trust))
     off_px = 0.0
-    for _ in range(SHIFTS):
+    for sent in range(SHIFTS):
         each_px = _widths_px(cuts, section, look)
-        if not each_px.size:
+        if not each_px:
             break
-        seen_px = float(np.median(each_px))
-        off_px = width_px - seen_px
-        look = replace(look, apart_px=float(np.abs(each_px - seen_px).max()))
-        if not abs(off_px) > SETTLED_PX:
+        off_px = width_px - float(np.median(each_px))
+        look = replace(look, apart_px=float(np.std(each_px)))
+        # What the light is not sure of stays where it is.
+        if abs(off_px) < (SETTLED_PX if sent else max(SETTLED_PX, light_px)):
             break
         moved = replace(look.shading[side], beyond_px=look.shading[side].beyond_px + off_px)
-        if abs(moved.beyond_px) > FURTHEST_SHIFT_PX:
+        if abs(moved.beyond_px) > FURTHEST_SHIFT * moved.rho_px:
             break
         shading = (moved, look.shading[1]) if side == 0 else (look.shading[0], moved)
         look = replace(look, shading=shading, diameter_px=width_px)
-    return _less_sure(look, float(np.hypot(off_px, look.apart_px)))
+    off_px = float(np.hypot(off_px, look.apart_px))
+    return _less_sure(look, off_px / (EDGE_MODEL_FACTOR * np.sqrt(2.0)))
 
 
-def _widths_px(cuts: list[Cut], section: Section, look: EdgeLook) -> np.ndarray:
-    """D as each of the frames shows it under a look (K,), those left out that show none."""
+def _widths_px(cuts: list[Cut], section: Section, look: EdgeLook) -> list[float]:
+    """D as each of the frames shows it under a look, those left out that show none."""
     seen = [(cut, replace(find_edges(cut, look.shading), trust=look.trust)) for cut in cuts]
     fits = _fitted(seen, section, look.diameter_px, coil=False)
-    fits = fits or _fitted(seen, section, look.diameter_px, coil=True, last=look.coils)
+    straight = {id(f.cut) for f in fits}
+    rest = [(cut, edges) for cut, edges in seen if id(cut) not in straight]
+    fits += _fitted(rest, section, look.diameter_px, coil=True, last=look.coils)
     each = _of_frames(fits, np.array([f.bundle.fit.diameter_px for f in fits]))
-    return np.array(list(each.values()))
+    return [px for px in each.values() if np.isfinite(px)]
 
 
 def _again(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
