@@ -44,7 +44,7 @@ def test_a_connector_is_not_a_strand_of_another_colour() -> None:
 
 def test_colours_that_wind_about_each_other_need_not_lie_far_apart() -> None:
     """Cream and green on blue, nearly as bright as the green: of the two the cream alone was
-    measured, by its brightness, and D came out 4 px off of 18. A fifth of what is seen is blends."""
+    measured, by its brightness, and D came out 4 px off of 18. A fifth of it all is blends."""
     cream, green = (0.34, 0.5, 0.55), (0.09, 0.26, 0.11)
     mixed = seen((0.21, 0.38, 0.33), 16)
     both = np.concatenate([seen(cream, 32, 0.5), seen(green, 32, 0.5), mixed])

@@ -22,7 +22,7 @@ from tsvision.measures.shading_lamp import fit_lamp
 from tsvision.measures.uncertainty import edge_model_sd_px
 
 FINE = 0.01
-ROUGH = 0.37  # loss at the limb of a rough string of plastic: what the light's model assumes
+ROUGH = 1.0 / 3.0  # loss at the limb of a rough string of plastic: what the light's model assumes
 
 
 def tube(

@@ -47,9 +47,10 @@ OUTSIDE_PX = 5.0
 # much it may change a px, in units of the core's contrast; before a limb with little light of its
 # own such a slope is easily taken for the limb.
 RAMP_SD = 0.002
-# Between a matt surface and a dielectric: strings are rough, and of plastic. Told by pictures only
-# where a strand's radius is many times the blur.
-LIMB_LOSS = 0.37
+# Of the light at a limb, or of the ground's that is seen mirrored there: between a matt surface and
+# a smooth dielectric, for strings are rough, and of plastic. Profiles do not tell: a strand without
+# any loss is taken for as much too thick as a dielectric one for too thin.
+LIMB_LOSS, MIRRORED = 1.0 / 3.0, 0.7
 RAMPS = 2  # unknowns that they are, for either sign: a light fit by nnls has no negative ones
 
 
@@ -93,9 +94,11 @@ def inside_px(rho_px: float) -> float:
 
 def limb_loss(black: float) -> float:
     """Of contrast at the limb, for strands that show the contrast `black` without any light of
-    their own: bright ones send less of it; those before a bright ground mirror that, as far as they
-    are more than an outline."""
-    return LIMB_LOSS * (1.0 - black if black < 1.0 else min(black - 1.0, 1.0))
+    their own: bright ones send less of it. Those before a bright ground mirror that; what hardly
+    sends any light is an outline, though."""
+    if black < 1.0:
+        return LIMB_LOSS * (1.0 - black)
+    return MIRRORED * min((black - 1.0) ** 2, 1.0)
 
 
 def light_shapes(
