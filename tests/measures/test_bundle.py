@@ -12,7 +12,7 @@ from tsvision.measures import bundle
 from tsvision.measures.bundle import SCALE_PX, BundleFit, fit_window
 from tsvision.measures.fits import _better
 from tsvision.measures.helix import Edges, fit_helix
-from tsvision.measures.search import straight_at
+from tsvision.measures.search import coil_at, straight_at
 from tsvision.measures.section import pair_core
 from tsvision.measures.shape import trust_of
 from tsvision.measures.silhouette import (
@@ -251,3 +251,12 @@ def test_a_straight_bundle_is_led_on_from_frame_to_frame(monkeypatch: pytest.Mon
     found = fit_window(further, section, 0.0, 240.0, DIAMETER_PX, 0.11, first)
     assert found is not None
     assert found.fit.p[K] == pytest.approx(0.11, abs=2e-4)
+
+
+def test_a_coil_is_sought_where_no_column_shows_both_edges() -> None:
+    """Of black and red strands on brown either edge was found on the red one alone: a singular
+    matrix, and the learning of all frames was lost with it."""
+    s = np.arange(120.0)
+    upper = (s % 20 < 10).astype(float)
+    edges = Edges(s, np.full(120, 10.0), np.full(120, -10.0), upper, 1.0 - upper)
+    assert coil_at(edges, 0.1)[RC] == 0.0

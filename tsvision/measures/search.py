@@ -138,7 +138,8 @@ def _coils_at(edges: Edges, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     waves = np.stack([np.cos(np.outer(rates, z)), np.sin(np.outer(rates, z))], axis=1) * w
     waves = waves - (waves @ straight) @ straight.T
     normal = waves @ waves.transpose(0, 2, 1)
-    normal += 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(2) + 1e-12
+    least = 1e-9 * np.trace(normal, axis1=1, axis2=2) + 1e-12  # where no column shows both edges
+    normal += least[:, None, None] * np.eye(2)
     along = waves @ rest
     c = np.linalg.solve(normal, along[..., None])[..., 0]
     before = float(rest @ rest)
