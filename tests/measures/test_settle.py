@@ -13,8 +13,9 @@ from tests.bench.pictures48_draw import cases, draw
 from tsvision.measures import settle
 from tsvision.measures.blur import with_blur
 from tsvision.measures.recording import Measurer
-from tsvision.measures.settle import EdgeLook, _of_frames, _shifted, _unstrained
+from tsvision.measures.settle import EdgeLook, _of_frames, _sent, _unstrained
 from tsvision.measures.shading import plain_shading
+from tsvision.measures.uncertainty import light_sd_px
 from tsvision.measures.windows import learning_windows, near_window
 from tsvision.records import Frame, Rig, Strings, View
 
@@ -54,44 +55,59 @@ def test_of_rounds_that_go_to_and_fro_the_least_contradicted_is_taken_and_less_s
 
 
 class Stuck:
-    """Stands for a round of learning in which the upper edges match `off_px` inside the true
-    ones, whatever the template; `sd_px` is how surely the light tells."""
+    """Stands for frames in which the upper edges match `off_px` inside the true ones, whatever the
+    template, and for rounds of learning that say so, each by so much more or less."""
 
-    def __init__(self, off_px: float, sd_px: float) -> None:
-        self.off_px, self.sd_px = off_px, sd_px
+    def __init__(self, off_px: float, sd_px: float, apart_px: float = 0.0) -> None:
+        self.off_px, self.sd_px, self.apart_px = off_px, sd_px, apart_px
 
-    def __call__(self, _cuts: object, _section: object, look: EdgeLook) -> EdgeLook:
-        here = look.shading[0].beyond_px - self.off_px
+    def __call__(self, _cuts: object, _section: object, look: EdgeLook) -> list[float]:
+        here = 20.0 - self.off_px + look.shading[0].beyond_px
+        return [here - 0.1, here, here + 0.1]
+
+    def rounds(self) -> list[EdgeLook]:
         shade = replace(plain_shading(5.0), place_sd_px=self.sd_px)
-        return EdgeLook((shade, shade), 20.0 + here, places_px=(here, 0.0))
+        return [
+            EdgeLook((shade, shade), 20.0 - self.off_px, places_px=(-self.off_px - apart, 0.0))
+            for apart in (-self.apart_px, 0.0, 0.0, self.apart_px, self.apart_px)
+        ]
 
 
-def shifted(monkeypatch: pytest.MonkeyPatch, stuck: Stuck, in_colour: bool = False) -> EdgeLook:
-    monkeypatch.setattr(settle, "_again", stuck)
+def sent(monkeypatch: pytest.MonkeyPatch, stuck: Stuck, in_colour: bool = False) -> EdgeLook:
+    monkeypatch.setattr(settle, "_widths_px", stuck)
     cuts = [SimpleNamespace(in_colour=in_colour)]
-    first = EdgeLook((plain_shading(5.0), plain_shading(5.0)), 19.0)
-    return _shifted(cuts, None, first)  # type: ignore[arg-type]
+    shade = replace(plain_shading(5.0), place_sd_px=stuck.sd_px)
+    first = EdgeLook((shade, shade), 19.0, trust=(0.3, 1.0))
+    return _sent(cuts, None, first, stuck.rounds())  # type: ignore[arg-type]
 
 
 def test_edges_that_no_template_brings_out_are_sent_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    look = shifted(monkeypatch, Stuck(1.0, 0.1))
+    look = sent(monkeypatch, Stuck(1.0, 0.1))
     assert look.shading[0].beyond_px == pytest.approx(1.0)
     assert look.shading[1].beyond_px == 0.0
     assert look.diameter_px == pytest.approx(20.0)
-    assert look.shading[0].place_sd_px == 0.1
+    assert light_sd_px(look.shading) == pytest.approx(0.26, abs=0.05)  # light's own, and frames'
     assert with_blur(look.shading, 2.0)[0].beyond_px == pytest.approx(1.0)
 
 
+def test_a_width_is_as_unsure_as_rounds_lie_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    look = sent(monkeypatch, Stuck(2.0, 0.1, 0.8))
+    assert look.diameter_px == pytest.approx(20.0)
+    assert 0.8 < light_sd_px(look.shading) < 1.6
+
+
 @pytest.mark.parametrize(
-    ("stuck", "in_colour"),
-    [(Stuck(1.0, 1.0), False), (Stuck(1.0, 0.1), True), (Stuck(3.0, 0.1), False)],
+    ("stuck", "in_colour", "least_sd_px"),
+    [(Stuck(1.0, 1.0), False, 2.0), (Stuck(1.0, 0.1), True, 0.2), (Stuck(4.0, 0.1), False, 4.0)],
 )
 def test_edges_stay_where_light_is_unsure_or_colour_or_far_off(
-    monkeypatch: pytest.MonkeyPatch, stuck: Stuck, in_colour: bool
+    monkeypatch: pytest.MonkeyPatch, stuck: Stuck, in_colour: bool, least_sd_px: float
 ) -> None:
-    look = shifted(monkeypatch, stuck, in_colour)
+    """And what they are off by is not known then."""
+    look = sent(monkeypatch, stuck, in_colour)
     assert look.diameter_px == 19.0
     assert look.shading[0].beyond_px == 0.0
+    assert light_sd_px(look.shading) > least_sd_px
 
 
 @pytest.mark.parametrize(("number", "beyond_px"), [(21, -np.inf), (34, 0.15)])
