@@ -34,6 +34,16 @@ def test_a_mirror_swaps_the_sign_and_a_half_turn_does_not() -> None:
     assert ridge_slope(light[::-1, ::-1], 60.0 - centre[::-1], 8.0) == pytest.approx(here, rel=0.02)
 
 
+def test_channels_that_contradict_each_other_tell_no_sense() -> None:
+    """Chenille of red, yellow, blue and pink: blue's borders run one way, green's the other, and the
+    sum of all was told as surely as any, and wrong. Where they agree one alone is as good."""
+    (one, centre), (other, _) = stripes(0.4), stripes(-0.4)
+    flat = np.full_like(one, 0.4)
+    assert abs(ridge_slope(np.stack([one, other, flat], axis=2), centre, 8.0)) < 0.02
+    alone = ridge_slope(one, centre, 8.0)
+    assert ridge_slope(np.stack([one, one, flat], axis=2), centre, 8.0) == pytest.approx(alone)
+
+
 def test_shading_across_alone_has_no_sense() -> None:
     n = np.arange(61.0)[:, None] - 30.0
     light = np.repeat(0.5 + 0.01 * n, 400, axis=1)

@@ -57,7 +57,8 @@ class Cut:
     borders of strands in the bundle's own shadow, NaN where none lie beyond the lit ones;
     in_colour: contrast is one of hue, not of luma; sampled (R, K) or (R, K, 3): what was
     straightened, linear, in every BLACK_STEP-th column; sight: that it was straightened by;
-    core_share: contrast on the axis, of the ground's light there."""
+    core_share: contrast on the axis, of the ground's light there; colours (R, M, 3): linear light of
+    strands of several colours, else None."""
 
     contrast: np.ndarray
     light: np.ndarray
@@ -73,6 +74,7 @@ class Cut:
     sampled: np.ndarray
     sight: Sight
     core_share: float
+    colours: np.ndarray | None = None
 
     @property
     def some_dim(self) -> bool:
@@ -143,6 +145,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         strip.values[:, ::BLACK_STEP].copy(),
         sight,
         share,
+        strip.values if sight.signal.by_distance and strip.values.ndim == 3 else None,
     )
 
 

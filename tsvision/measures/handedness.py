@@ -15,13 +15,25 @@ SOME = 3  # columns apart that tell typical light and shading
 def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float) -> float:
     """Sign-bearing slope of the ridges in a strip, in -1..1: sum(gx gy) over sum of both squares.
 
-    light (R, M) linear light; centre_row (M,) the bundle's middle, along which the strip is
+    light (R, M) linear light, or (R, M, 3), of whose channels each shows the borders between other
+    colours and counts by how much of them it shows; centre_row (M,) the bundle's middle, along which the strip is
     straightened so that coiling does not count; half_width_px: rows used on either side (keep
     inside the edges, whose own slope alternates). Its logarithm is taken, so that lit and shadow
     side weigh alike and backlit strands, dark all over, still show their ridges. Ridges run along
     the bundle more than across: noise is smoothed away along it.
     Positive: ridges run from lower to higher n with growing s.
     """
+    channels = [light] if light.ndim == 2 else [light[..., c] for c in range(light.shape[2])]
+    slopes = [_products(np.asarray(one), centre_row, half_width_px) for one in channels]
+    product, total = (sum(part) for part in zip(*slopes, strict=True))
+    # A ridge along n = m s has gx = -m gy: the product's sign is opposite to the slope's.
+    return -2.0 * product / total if total > 0 else 0.0
+
+
+def _products(
+    light: np.ndarray, centre_row: np.ndarray, half_width_px: float
+) -> tuple[float, float]:
+    """sum(gx gy) and the sum of both squares of one channel (R, M)."""
     reach = max(int(half_width_px), 2)
     rows = (centre_row + np.arange(-reach, reach + 1)[:, None]).astype(np.float32)
     columns = np.empty_like(rows)
@@ -45,9 +57,7 @@ def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float)
     gy = 0.5 * (log[2:, 1:-1] - log[:-2, 1:-1])
     # The mean shading across carries no slope.
     gy = gy - row_medians(gy[:, ::SOME])[:, None].astype(np.float32)
-    total = float((gx * gx + gy * gy).sum())
-    # A ridge along n = m s has gx = -m gy: the product's sign is opposite to the slope's.
-    return -2.0 * float((gx * gy).sum()) / total if total > 0 else 0.0
+    return float((gx * gy).sum()), float((gx * gx + gy * gy).sum())
 
 
 def slope_between(cut: Cut, edges: Edges, diameter_px: float) -> float:
@@ -60,7 +70,8 @@ def slope_between(cut: Cut, edges: Edges, diameter_px: float) -> float:
     index = np.flatnonzero(known)
     first, last = index[0], index[-1] + 1
     centre = np.interp(s, index, 0.5 * (edges.upper_px + edges.lower_px)[index])[first:last]
-    return ridge_slope(cut.light[:, first:last], centre + cut.half_px, 0.25 * diameter_px)
+    light = cut.light if cut.colours is None else cut.colours
+    return ridge_slope(light[:, first:last], centre + cut.half_px, 0.25 * diameter_px)
 
 
 def handedness_of(slope: float) -> str:
