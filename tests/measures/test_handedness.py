@@ -35,8 +35,8 @@ def test_a_mirror_swaps_the_sign_and_a_half_turn_does_not() -> None:
 
 
 def test_channels_that_contradict_each_other_tell_no_sense() -> None:
-    """Chenille of red, yellow, blue and pink: blue's borders run one way, green's the other, and the
-    sum of all was told as surely as any, and wrong. Where they agree one alone is as good."""
+    """Chenille of red, yellow, blue and pink: blue's borders run one way, green's the other, and
+    the sum of all was told as surely as any, and wrong. Where they agree one alone is as good."""
     (one, centre), (other, _) = stripes(0.4), stripes(-0.4)
     flat = np.full_like(one, 0.4)
     assert abs(ridge_slope(np.stack([one, other, flat], axis=2), centre, 8.0)) < 0.02

@@ -57,8 +57,8 @@ class Cut:
     borders of strands in the bundle's own shadow, NaN where none lie beyond the lit ones;
     in_colour: contrast is one of hue, not of luma; sampled (R, K) or (R, K, 3): what was
     straightened, linear, in every BLACK_STEP-th column; sight: that it was straightened by;
-    core_share: contrast on the axis, of the ground's light there; colours (R, M, 3): linear light of
-    strands of several colours, else None."""
+    core_share: contrast on the axis, of the ground's light there; colours (R, M, 3): linear light
+    of strands of several colours, else None."""
 
     contrast: np.ndarray
     light: np.ndarray

@@ -16,11 +16,11 @@ def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float)
     """Sign-bearing slope of the ridges in a strip, in -1..1: sum(gx gy) over sum of both squares.
 
     light (R, M) linear light, or (R, M, 3), of whose channels each shows the borders between other
-    colours and counts by how much of them it shows; centre_row (M,) the bundle's middle, along which the strip is
-    straightened so that coiling does not count; half_width_px: rows used on either side (keep
-    inside the edges, whose own slope alternates). Its logarithm is taken, so that lit and shadow
-    side weigh alike and backlit strands, dark all over, still show their ridges. Ridges run along
-    the bundle more than across: noise is smoothed away along it.
+    colours and counts by how much of them it shows; centre_row (M,) the bundle's middle, along
+    which the strip is straightened so that coiling does not count; half_width_px: rows used on
+    either side (keep inside the edges, whose own slope alternates). Its logarithm is taken, so that
+    lit and shadow side weigh alike and backlit strands, dark all over, still show their ridges.
+    Ridges run along the bundle more than across: noise is smoothed away along it.
     Positive: ridges run from lower to higher n with growing s.
     """
     channels = [light] if light.ndim == 2 else [light[..., c] for c in range(light.shape[2])]
