@@ -246,7 +246,7 @@ def _taught(
     bundles are made as thick as they are said to be, and looked along again.
     """
     section = fits[0].bundle.fit.section
-    places_px = np.zeros(2)
+    shading, places_px = None, np.zeros(2)
     for _ in range(AIMS):
         aimed = [_moved(f.bundle, places_px) for f in fits]
         rho = 0.5 * float(np.median([b.fit.diameter_px for b in aimed])) / section.diameter_d
@@ -256,7 +256,7 @@ def _taught(
             [model_rows(f.cut, b) for f, b in zip(fits, aimed, strict=True)],
         )
         if mean is None:
-            return None
+            break
         upper, lower, off_px = fit_shading(
             mean,
             rho,
@@ -265,10 +265,10 @@ def _taught(
             replace(shape, width_px=shape.width_px - float(places_px.sum())),
             grooved=section.count > 2 and not fits[0].cut.in_colour,
         )
-        places_px = places_px + off_px
+        shading, places_px = (upper, lower), places_px + off_px
         if np.abs(off_px).max() < AIMED_PX:
             break
-    return (upper, lower), places_px
+    return None if shading is None else (shading, places_px)
 
 
 def _moved(found: BundleFit, places_px: np.ndarray) -> BundleFit:

@@ -10,13 +10,14 @@ phi from the camera, sin phi = x = 1 - t / rho, and whatever shines there, Lambe
 
 blurred by the camera. Surfaces send less of what fell on them the more they turn away: what is
 seen is (1 - loss (1 - cos phi)^5) L, loss 0 for a matt surface, 1 for a smooth dielectric (Schlick
-1994). `black` is the contrast of a strand without light, known from the ground's
-colour: strings that are told by being redder or darker than their ground do not vanish at a limb in
-the dark, and those before a bright ground (black > 1) lose contrast where they are lit. Lamps stand
-all around the strand, in fixed directions across it; a lamp's max(0, .) ends at its terminator,
-beyond which only the others light the limb. Light that cannot be negative and is spread over few
-directions by a prior leaves little room for ramp and place of the edge to trade against each other.
-Both limbs see the same lamps from opposite sides, nearly: the bundle itself hides some.
+1994), which mirrors what lies beyond instead, the ground. `black` is the contrast of a strand
+without light, known from the ground's colour: strings that are told by being redder or darker than
+their ground do not vanish at a limb in the dark, and those before a bright ground (black > 1) lose
+contrast where they are lit. Lamps stand all around the strand, in fixed directions across it; a
+lamp's max(0, .) ends at its terminator, beyond which only the others light the limb. Light that
+cannot be negative and is spread over few directions by a prior leaves little room for ramp and
+place of the edge to trade against each other. Both limbs see the same lamps from opposite sides,
+nearly: the bundle itself hides some.
 
 The mean of many edges, aligned on the fitted silhouette, is almost free of noise; `shading_fit`
 finds light, ground, blur and the true edges' places from it.
