@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from tsvision.images.cloud import central_cloud
@@ -96,17 +98,20 @@ def _rows(strip: Strip, half_core: float) -> tuple[np.ndarray, np.ndarray]:
     return strip.values[n < max(CORE * half_core, 1.0)], strip.values[n > GROUND * half_core]
 
 
-def _windows(strips: list[Strip], half_core: float) -> list[np.ndarray]:
-    """Colours (K, 3) on the axis of some strips, by stretches of so many half cores."""
+def _stretches(axis: np.ndarray, half_core: float) -> Iterator[np.ndarray]:
+    """What lies on an axis (K, M) or (K, M, 3), by stretches of WINDOW half cores."""
     window = max(round(WINDOW * half_core), 1)
+    for first in range(0, axis.shape[1] - window + 1, window):
+        yield axis[:, first : first + window]
+
+
+def _windows(strips: list[Strip], half_core: float) -> list[np.ndarray]:
+    """Colours (K, 3) in each stretch of the axis of some strips."""
     found = []
     for strip in strips:
-        axis, _ = _rows(strip, half_core)
-        for first in range(0, axis.shape[1] - window + 1, window):
-            some = axis[:, first : first + window].reshape(-1, 3)
-            some = some[~np.isnan(some).any(axis=1)]
-            if len(some):
-                found.append(some)
+        for stretch in _stretches(_rows(strip, half_core)[0], half_core):
+            some = stretch.reshape(-1, 3)
+            found.append(some[~np.isnan(some).any(axis=1)])
     return found
 
 
@@ -193,8 +198,7 @@ def are_both_ways(strips: list[Strip], half_core: float) -> bool:
             continue
         ground = float(np.median(outer))
         least = CLEARLY * _spread(np.abs(outer - ground))
-        window = max(round(WINDOW * half_core), 1)
-        for first in range(0, axis.shape[1] - window + 1, window):
-            some = axis[:, first : first + window] - ground
+        for stretch in _stretches(axis, half_core):
+            some = stretch - ground
             mixed.append(min((some > least).mean(), (some < -least).mean()) > OF_EITHER)
     return len(mixed) > 0 and float(np.mean(mixed)) > MOSTLY_MIXED

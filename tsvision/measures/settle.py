@@ -80,7 +80,7 @@ class EdgeLook:
 def settle(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
     """The look of the edges in some frames, from what a first glance took them for."""
     look = _settled(cuts, section, first)
-    return _less_sure(look, look.hidden_px / (EDGE_MODEL_FACTOR * np.sqrt(2.0)))
+    return _less_sure(look, _of_a_place(look.hidden_px))
 
 
 def _settled(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
@@ -122,6 +122,11 @@ def _unstrained(looks: list[EdgeLook]) -> EdgeLook:
         hidden_px=look.hidden_px,
     )
     return _less_sure(found, found.moved_px)
+
+
+def _of_a_place(sd_px: float) -> float:
+    """The sd of either edge's place that makes a width's."""
+    return sd_px / (EDGE_MODEL_FACTOR * float(np.sqrt(2.0)))
 
 
 def _as_sure(shading: tuple[Shading, Shading], sd_px: float) -> tuple[Shading, Shading]:
@@ -171,8 +176,7 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
             break
         shading = (moved, look.shading[1]) if side == 0 else (look.shading[0], moved)
         look = replace(look, shading=shading, diameter_px=width_px)
-    off_px = float(np.hypot(off_px, look.apart_px))
-    return _less_sure(look, off_px / (EDGE_MODEL_FACTOR * np.sqrt(2.0)))
+    return _less_sure(look, _of_a_place(float(np.hypot(off_px, look.apart_px))))
 
 
 def _widths_px(cuts: list[Cut], section: Section, look: EdgeLook) -> list[float]:
