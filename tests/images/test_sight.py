@@ -32,6 +32,7 @@ def bundle_film(
     strands: tuple[tuple[float, float, float], ...],
     shadow: float = 0.0,
     cable: bool = False,
+    spigot: bool = False,
 ) -> list[np.ndarray]:
     """Pictures (linear BGR colours in, 8-bit sRGB out) of strands 8 px thick on a ground."""
     random = np.random.default_rng(7)
@@ -51,6 +52,8 @@ def bundle_film(
             phase = 2 * np.pi * turns * s / 360.0 + np.pi * k
             half = np.abs(n - 4.0 * np.cos(phase)) < 4.0
             picture[half & inside] = colour
+        if spigot:
+            picture[(np.abs(n) < 11.0) & (s > 330.0)] = 0.87
         picture = cv2.GaussianBlur(picture, (0, 0), 0.8)
         code = 255.0 * np.clip(picture, 0, 1) ** (1 / 2.2) + random.normal(0, 1.5, picture.shape)
         pictures.append(np.clip(np.round(code), 0, 255).astype(np.uint8))
@@ -240,6 +243,18 @@ def test_black_and_white_strands_on_grey_are_both_seen(grey: bool) -> None:
     assert sight is not None
     assert sight.signal.way is Way.DISTANCE
     assert sight.width_px == pytest.approx(BUNDLE_PX, abs=2.0)
+    assert off_axis_px(sight) < 1.0
+
+
+@pytest.mark.parametrize("red", [0.15, 0.3])
+def test_a_bright_spigot_is_not_what_tells_dark_strands(red: float) -> None:
+    """Red and black on near-black stand out by little, the connector's spigot on their axis by
+    five hundred times as much: it was taken for all that few turns leave of the bundle, and
+    luma, in which it stands out, for what tells the strands."""
+    film = bundle_film((0.03, 0.036, 0.04), ((0.03, 0.03, red), (0.025, 0.03, 0.033)), spigot=True)
+    sight = find_sight(film, Told(least_px=0.6 * BUNDLE_PX))
+    assert sight is not None
+    assert sight.signal.in_colour
     assert off_axis_px(sight) < 1.0
 
 

@@ -199,7 +199,8 @@ def _sight_along(
     if not between and not seen.signal.by_distance and seen.separation < FEEBLE:
         # Frames of few turns, which the line was told without, may show legs most of the way.
         other, there, more = _follow(linears, axis, width, True)
-        if _same(found, other) and more.separation > TWICE * seen.separation:
+        shown = other.support > 0.0 and _same(found, other)
+        if shown and more.separation > TWICE * seen.separation:
             found, strips, seen = other, there, more
     axis, width, between, half = found.axis, found.width_px, found.between, strips[0].half_px
     by_distance = seen.signal.by_distance
