@@ -89,6 +89,15 @@ def test_a_black_strand_does_not_vanish_beside_a_far_brighter_one() -> None:
     assert distance_for(np.concatenate(both), ground).way is Way.ACROSS
 
 
+def test_a_ground_without_light_has_no_shadow_to_be_afraid_of() -> None:
+    """Blue beside warm white before near-black: across the hardly any light of the ground the white
+    strand stood out by a fifth of the blue one. Pitches were twice the true ones, D 4 px of 23
+    thin."""
+    axis = np.concatenate([seen((0.7, 0.18, 0.09), 500, 0.6), seen((0.5, 0.62, 0.7), 500, 0.6)])
+    assert distance_for(axis, seen((0.03, 0.03, 0.03), 2000)).way is Way.DISTANCE
+    assert distance_for(axis, seen((0.2, 0.2, 0.2), 2000)).way is Way.ACROSS
+
+
 def test_a_connector_brighter_than_the_ground_makes_dark_strands_no_pair() -> None:
     """Half of the axis darker than the ground, a third brighter: but not in turns."""
     random = np.random.default_rng(6)

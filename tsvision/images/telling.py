@@ -32,6 +32,7 @@ OF_WINDOW = 0.3  # share of a window's samples that have to show theirs
 # yellow and blue make grey, and more so in the blur of thin strands.
 MIXED = 35.0
 ACROSS = 0.4  # of the ground's light: how far strings stand out across its colour, to rely on it
+SHADOWS = 0.15  # of how far strings stand out: a ground with less light has no shadow that counts
 # Strands of the ground's own hue, white on grey or black, stand out along its colour alone: by so
 # many times its light, which no mixture of hues does, or darker than a shadow leaves it; and the
 # share of the samples on strings that may.
@@ -175,6 +176,8 @@ def distance_for(inner: np.ndarray, outer: np.ndarray) -> Signal:
     plain = float(np.median(np.linalg.norm(outer - ground, axis=1)))
     out = np.linalg.norm(away, axis=1) > OFF * plain
     away = away[out] if out.any() else away
+    if light < SHADOWS * float(np.median(np.linalg.norm(away, axis=1))):
+        return DISTANCE
     along = away @ unit
     across = np.linalg.norm(away - along[:, None] * unit, axis=1)
     noise = np.median(np.linalg.norm(outer - (outer @ unit)[:, None] * unit, axis=1))
