@@ -19,8 +19,9 @@ from tsvision.images.masks import leg_spread, seen_in
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.shadow import find_shadow
 from tsvision.images.sight import Sight, Told, find_sight
-from tsvision.images.signal import Way
+from tsvision.images.signal import Signal, Way
 from tsvision.images.strip import cut_strip, straight_axis
+from tsvision.images.telling import find_hue
 
 WIDTH_PX, HEIGHT_PX = 480, 270
 START, END = np.array([60.0, 120.0]), np.array([420.0, 150.0])  # of the bundle's axis
@@ -146,6 +147,47 @@ def test_two_colours_with_a_shadow() -> None:
     assert sight is not None
     assert sight.width_px == pytest.approx(BUNDLE_PX, abs=3.0)
     assert off_axis_px(sight) < 1.5
+
+
+def patchy(film: list[np.ndarray], share: float) -> list[np.ndarray]:
+    """A film whose light is uneven by such a share of itself, in patches as wide as the bundle."""
+    random = np.random.default_rng(5)
+    patches = cv2.GaussianBlur(random.normal(0.0, 1.0, (HEIGHT_PX, WIDTH_PX)), (0, 0), 8.0)
+    light = np.maximum(1.0 + share * patches / patches.std(), 0.05)[..., None]
+    return [np.clip(np.round(p * light ** (1 / 2.2)), 0, 255).astype(np.uint8) for p in film]
+
+
+@pytest.mark.parametrize(("apart", "way"), [(2.0, Way.DISTANCE), (5.0, Way.HUE)])
+def test_one_hue_of_two_colours_has_to_tell_them_by_far(
+    apart: float, way: Way, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Orange and green on a patchy cream: told by a hue that hardly tells either, and by
+    chroma that is blurred as wide as a strand, no frame had a pitch."""
+    film = patchy(bundle_film((0.35, 0.47, 0.57), ((0.06, 0.3, 0.66), (0.14, 0.36, 0.09))), 0.15)
+    axis = straight_axis(START, END)
+    strips = [cut_strip(to_linear(p), axis, (0.0, axis.length_px), 60) for p in film]
+
+    def found(*given: object) -> tuple[Signal, float]:
+        return find_hue(*given)[0], apart  # type: ignore[arg-type]
+
+    monkeypatch.setattr("tsvision.images.masks.find_hue", found)
+    assert seen_in(strips, BUNDLE_PX, rough=False).signal.way is way
+
+
+def test_a_hue_of_one_colour_is_no_way_out_of_a_shadow_that_is_the_other() -> None:
+    """Black and red on a patchy pale ground: darker all along, but by two amounts, as strings and
+    their shadow are. By a hue the red strand alone was seen, 10 px wide."""
+    strands = (0.022, 0.02, 0.02), (0.03, 0.03, 0.2)
+    film = patchy(bundle_film((0.236, 0.2, 0.165), strands), 0.2)
+    random = np.random.default_rng(3)
+    noisy = [np.round(p + random.normal(0.0, 4.0, p.shape)) for p in film]
+    sight = find_sight(
+        [np.clip(p, 0, 255).astype(np.uint8) for p in noisy], Told(least_px=0.6 * BUNDLE_PX)
+    )
+    assert sight is not None
+    assert sight.signal.way is Way.LUMA
+    assert sight.width_px == pytest.approx(BUNDLE_PX, abs=2.0)
+    assert off_axis_px(sight) < 1.0
 
 
 @pytest.mark.parametrize("shadow", [0.5, 0.8])

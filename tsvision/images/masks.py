@@ -18,7 +18,11 @@ from tsvision.images.telling import find_hue, find_signal
 DEEPEST_CHROMA = 0.25  # contrast to which blocks of compressed colour reach beside strands
 DEEP_SHADOW = 0.3  # contrast to which it reaches: dim limbs of strings have no more
 WITH_SHADOW = 1.1  # times as wide as by a hue, from which a bundle may be seen with its shadow
-HUE_APART = 1.5  # sd from which a hue tells strings from ground
+# sd from which a hue tells strings from ground, and from which it does by far.
+HUE_APART, FAR_APART = 1.5, 3.0
+# Of a shadow's depth, at most, that a hue may show still which does not tell strings by far: it may
+# be that of one of several colours, and the shadow be the others.
+SHALLOWER = 0.75
 FADED = 1.5  # times as wide by a hue as by brightness, from which lit limbs are as bright as ground
 WIDEST = 2.5  # times a bundle's width, beyond which a run is hardware's: it coils up to 2.2 times
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
@@ -105,7 +109,8 @@ def seen_in(strips: list[Strip], width: float, rough: bool, between: bool = Fals
     if signal.way is Way.ACROSS or (not signal.by_distance and shadow.level <= DEEP_SHADOW):
         return seen
     hue, apart = find_hue(strips, 0.5 * width, between)
-    if signal.by_distance and apart <= HUE_APART:
+    # Of several colours a distance shows what one hue does not, or has to tell by far.
+    if signal.by_distance and apart <= (FAR_APART if shadow.none_found else HUE_APART):
         return seen
     fainter, there = masks_of(strips, hue, width, rough, between)
     faded = not signal.by_distance and _wider(fainter, masks, width) > FADED
@@ -114,7 +119,9 @@ def seen_in(strips: list[Strip], width: float, rough: bool, between: bool = Fals
     # then the better of both serves where it is free of deep shadow itself.
     if not (plain or apart > separation):
         return seen
-    if there.level >= (shadow.level if plain else min(shadow.level, DEEP_SHADOW)):
+    by = 1.0 if there.none_found or apart > FAR_APART else SHALLOWER
+    least = by * shadow.level
+    if there.level >= (least if plain else min(least, DEEP_SHADOW)):
         return seen
     # An uneven ground hides shadows; but what is no wider than where they do not count shows none.
     # Between legs ground lies on the axis, and says less of what is seen there.
