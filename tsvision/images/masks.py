@@ -119,9 +119,9 @@ def seen_in(strips: list[Strip], width: float, rough: bool, between: bool = Fals
     # then the better of both serves where it is free of deep shadow itself.
     if not (plain or apart > separation):
         return seen
-    by = 1.0 if there.none_found or apart > FAR_APART else SHALLOWER
-    least = by * shadow.level
-    if there.level >= (least if plain else min(least, DEEP_SHADOW)):
+    helps = there.none_found or apart > FAR_APART
+    deepest = shadow.level if helps else SHALLOWER * shadow.level
+    if there.level >= (deepest if plain else min(deepest, DEEP_SHADOW)):
         return seen
     # An uneven ground hides shadows; but what is no wider than where they do not count shows none.
     # Between legs ground lies on the axis, and says less of what is seen there.

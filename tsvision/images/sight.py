@@ -197,7 +197,8 @@ def _sight_along(
     found, strips, seen = _follow(linears, axis, width, between)
     # What a distance shows of several colours no weighted sum does, however well it stands out.
     if not between and not seen.signal.by_distance and seen.separation < FEEBLE:
-        # Frames of few turns, which the line was told without, may show legs most of the way.
+        # Frames of few turns, which the line was told without, may show legs most of the way. Where
+        # none are seen what stands out may be the connector, and nothing supports the line.
         other, there, more = _follow(linears, axis, width, True)
         shown = other.support > 0.0 and _same(found, other)
         if shown and more.separation > TWICE * seen.separation:
