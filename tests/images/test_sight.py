@@ -149,12 +149,22 @@ def test_two_colours_with_a_shadow() -> None:
     assert off_axis_px(sight) < 1.5
 
 
-def patchy(film: list[np.ndarray], share: float) -> list[np.ndarray]:
-    """A film whose light is uneven by such a share of itself, in patches as wide as the bundle."""
+def patches(share: float) -> np.ndarray:
+    """What an uneven light takes code by (H, W, 1): off by such a share, in patches as wide as the
+    bundle."""
     random = np.random.default_rng(5)
-    patches = cv2.GaussianBlur(random.normal(0.0, 1.0, (HEIGHT_PX, WIDTH_PX)), (0, 0), 8.0)
-    light = np.maximum(1.0 + share * patches / patches.std(), 0.05)[..., None]
-    return [np.clip(np.round(p * light ** (1 / 2.2)), 0, 255).astype(np.uint8) for p in film]
+    uneven = cv2.GaussianBlur(random.normal(0.0, 1.0, (HEIGHT_PX, WIDTH_PX)), (0, 0), 8.0)
+    light = np.maximum(1.0 + share * uneven / uneven.std(), 0.05)
+    return np.asarray(light[..., None] ** (1 / 2.2))
+
+
+def coded(film: list[np.ndarray]) -> list[np.ndarray]:
+    return [np.clip(np.round(p), 0, 255).astype(np.uint8) for p in film]
+
+
+def patchy(film: list[np.ndarray], share: float) -> list[np.ndarray]:
+    """A film under a light that is uneven by such a share."""
+    return coded([p * patches(share) for p in film])
 
 
 @pytest.mark.parametrize(("apart", "way"), [(2.0, Way.DISTANCE), (5.0, Way.HUE)])
@@ -180,10 +190,8 @@ def test_a_hue_of_one_colour_is_no_way_out_of_a_shadow_that_is_the_other() -> No
     strands = (0.022, 0.02, 0.02), (0.03, 0.03, 0.2)
     film = patchy(bundle_film((0.236, 0.2, 0.165), strands), 0.2)
     random = np.random.default_rng(3)
-    noisy = [np.round(p + random.normal(0.0, 4.0, p.shape)) for p in film]
-    sight = find_sight(
-        [np.clip(p, 0, 255).astype(np.uint8) for p in noisy], Told(least_px=0.6 * BUNDLE_PX)
-    )
+    noisy = coded([p + random.normal(0.0, 4.0, p.shape) for p in film])
+    sight = find_sight(noisy, Told(least_px=0.6 * BUNDLE_PX))
     assert sight is not None
     assert sight.signal.way is Way.LUMA
     assert sight.width_px == pytest.approx(BUNDLE_PX, abs=2.0)
@@ -214,15 +222,11 @@ def test_a_hue_is_asked_for_only_where_a_shadow_is_deep() -> None:
 def test_an_uneven_ground_is_no_shadow() -> None:
     """Red strings on sand of light and dark patches: a hue was asked for though no shadow is there,
     whose limbs are dim and whose edges are blurred, and D was found 6 % too large."""
-    random = np.random.default_rng(5)
-    patches = cv2.GaussianBlur(random.normal(0.0, 1.0, (HEIGHT_PX, WIDTH_PX)), (0, 0), 8.0)
-    patches = 1.0 + 0.08 * (patches / patches.std())[..., None]
+    light = patches(0.08)
     film = bundle_film((0.3, 0.45, 0.5), ((0.08, 0.08, 0.45),))
     # Not the strings themselves, which are what is red.
-    uneven = [
-        np.where(p[..., 2:] > 1.5 * p[..., :1] + 9, p, p * patches ** (1 / 2.2)) for p in film
-    ]
-    sight = find_sight([np.clip(np.round(p), 0, 255).astype(np.uint8) for p in uneven])
+    uneven = [np.where(p[..., 2:] > 1.5 * p[..., :1] + 9, p, p * light) for p in film]
+    sight = find_sight(coded(uneven))
     assert sight is not None
     assert sight.signal.way is Way.LUMA
     assert sight.width_px == pytest.approx(BUNDLE_PX, abs=2.0)

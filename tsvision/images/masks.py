@@ -109,7 +109,7 @@ def seen_in(strips: list[Strip], width: float, rough: bool, between: bool = Fals
     if signal.way is Way.ACROSS or (not signal.by_distance and shadow.level <= DEEP_SHADOW):
         return seen
     hue, apart = find_hue(strips, 0.5 * width, between)
-    # Of several colours a distance shows what one hue does not, or has to tell by far.
+    # Of several colours a distance shows what one hue does not, unless that tells them by far.
     if signal.by_distance and apart <= (FAR_APART if shadow.none_found else HUE_APART):
         return seen
     fainter, there = masks_of(strips, hue, width, rough, between)
