@@ -15,7 +15,7 @@ from tsvision.images.sight import Sight, Told, find_sight
 from tsvision.images.signal import Way
 from tsvision.measures.cut import black_of, cut_frame
 from tsvision.measures.learnt import _tells_more, cut_alike, cut_all
-from tsvision.measures.settle import EdgeLook
+from tsvision.measures.rounds import EdgeLook
 from tsvision.measures.shading import plain_shading
 
 RED, PALE_GREEN = (0.4, 0.04, 0.05), (0.36, 0.47, 0.39)

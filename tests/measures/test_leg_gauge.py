@@ -18,8 +18,9 @@ from tsvision.measures.cut import Cut, cut_frame
 from tsvision.measures.leg_gauge import LegGauge, gauge_from_legs, gauged
 from tsvision.measures.looks import Looks, learn_looks
 from tsvision.measures.recording import sample_pictures
+from tsvision.measures.rounds import EdgeLook
 from tsvision.measures.scale import resolve_scale
-from tsvision.measures.settle import EdgeLook, settle
+from tsvision.measures.settle import settle
 from tsvision.measures.shading import Shading
 from tsvision.measures.uncertainty import light_sd_px
 from tsvision.records import Rig

@@ -13,7 +13,8 @@ from tests.bench.pictures48_draw import cases, draw
 from tsvision.measures import settle
 from tsvision.measures.blur import with_blur
 from tsvision.measures.recording import Measurer
-from tsvision.measures.settle import EdgeLook, _of_frames, _sent, _unstrained
+from tsvision.measures.rounds import EdgeLook
+from tsvision.measures.settle import _sent, _unstrained
 from tsvision.measures.shading import plain_shading
 from tsvision.measures.uncertainty import light_sd_px
 from tsvision.measures.windows import learning_windows, near_window
@@ -74,7 +75,7 @@ class Stuck:
 
 
 def sent(monkeypatch: pytest.MonkeyPatch, stuck: Stuck, in_colour: bool = False) -> EdgeLook:
-    monkeypatch.setattr(settle, "_widths_px", stuck)
+    monkeypatch.setattr(settle, "widths_px", stuck)
     cuts = [SimpleNamespace(in_colour=in_colour)]
     shade = replace(plain_shading(5.0), place_sd_px=stuck.sd_px)
     first = EdgeLook((shade, shade), 19.0, trust=(0.3, 1.0))
@@ -124,12 +125,3 @@ def test_a_dark_limb_in_noise_is_found_where_most_columns_miss_it(
     assert sum(side.beyond_px for side in measurer.looks.shading) > beyond_px
     row = measurer.measure(Frame(0, "picture.png", picture)).row
     assert row.diameter_px == pytest.approx(case.diameter_px, abs=0.3)
-
-
-def test_a_frame_has_one_blur_however_many_stretches_it_shows() -> None:
-    one, other, unknown = (SimpleNamespace() for _ in range(3))
-    fits = [SimpleNamespace(cut=cut) for cut in (one, one, one, other, unknown)]
-    blurs = _of_frames(fits, np.array([1.0, 2.0, np.nan, 3.0, np.nan]))  # type: ignore[arg-type]
-    assert blurs[id(one)] == 1.5
-    assert blurs[id(other)] == 3.0
-    assert np.isnan(blurs[id(unknown)])

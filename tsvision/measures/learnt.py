@@ -15,7 +15,8 @@ import numpy as np
 
 from tsvision.images.sight import Sight, by_brightness
 from tsvision.measures.cut import LOST, Cut, cut_frame, learn_shading
-from tsvision.measures.settle import EdgeLook, settle
+from tsvision.measures.rounds import EdgeLook
+from tsvision.measures.settle import settle
 from tsvision.measures.shading import Shading, plain_shading
 from tsvision.measures.silhouette import Section
 from tsvision.measures.uncertainty import light_sd_px
