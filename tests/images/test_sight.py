@@ -15,8 +15,9 @@ import pytest
 from tsvision.images.candidates import Trial, are_legs, could_cast, settle, swallows
 from tsvision.images.curve import find_curve
 from tsvision.images.linear import to_linear
-from tsvision.images.masks import leg_spread, seen_in
 from tsvision.images.motion import motion_picture, moving_share
+from tsvision.images.runs import leg_spread
+from tsvision.images.seen import seen_in
 from tsvision.images.shadow import find_shadow
 from tsvision.images.sight import Sight, Told, find_sight
 from tsvision.images.signal import Signal, Way
@@ -180,7 +181,7 @@ def test_one_hue_of_two_colours_has_to_tell_them_by_far(
     def found(*given: object) -> tuple[Signal, float]:
         return find_hue(*given)[0], apart  # type: ignore[arg-type]
 
-    monkeypatch.setattr("tsvision.images.masks.find_hue", found)
+    monkeypatch.setattr("tsvision.images.seen.find_hue", found)
     assert seen_in(strips, BUNDLE_PX, rough=False).signal.way is way
 
 

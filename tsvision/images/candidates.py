@@ -9,7 +9,8 @@ import numpy as np
 
 from tsvision.images.axis import Ridge, find_ridges
 from tsvision.images.contrast import core_of
-from tsvision.images.masks import leg_columns, refine, seen_in, single_columns
+from tsvision.images.runs import leg_columns, refine, single_columns
+from tsvision.images.seen import seen_in
 from tsvision.images.strip import Axis, cut_strip, straight_axis
 
 PARALLEL = 0.1  # sine of the angle between strings and their shadow on a ground beneath

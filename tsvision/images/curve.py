@@ -20,7 +20,8 @@ from tsvision.images.colour import Ground, learn_ground
 from tsvision.images.contrast import GROUND_FROM, straight_contrast
 from tsvision.images.cord import SHORTEST_WIDTHS, cord_contrast, cord_map, core_mask, follow
 from tsvision.images.linear import to_linear
-from tsvision.images.masks import leg_columns, mask_level, single_columns, string_mask
+from tsvision.images.masks import mask_level, string_mask
+from tsvision.images.runs import leg_columns, single_columns
 from tsvision.images.sight import SEARCH_PX, Sight
 from tsvision.images.signal import LUMA
 from tsvision.images.spline import KNOT_WIDTHS, arc_of, smooth, spline_axis

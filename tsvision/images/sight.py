@@ -31,8 +31,10 @@ from tsvision.images.candidates import (
 )
 from tsvision.images.contrast import core_of
 from tsvision.images.linear import linear_signal, to_linear
-from tsvision.images.masks import Seen, extent_of, leg_spread, masks_of, seen_in
+from tsvision.images.masks import masks_of
 from tsvision.images.motion import motion_picture, moving_share
+from tsvision.images.runs import extent_of, leg_spread
+from tsvision.images.seen import Seen, seen_in
 from tsvision.images.signal import LUMA, Signal
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 
