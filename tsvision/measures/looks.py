@@ -15,14 +15,15 @@ from tsvision.images.sight import Sight, Told, find_sights
 from tsvision.measures.count import count_strands
 from tsvision.measures.cut import Cut, find_edges
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
-from tsvision.measures.gap import Gap, gap_from_legs
+from tsvision.measures.gap import Gap
 from tsvision.measures.handedness import slope_between
-from tsvision.measures.learnt import cut_alike, cut_all, learn_edges, surest
+from tsvision.measures.learnt import Learnt, Pairs, cut_alike, cut_all, learn_edges, surest
 from tsvision.measures.leg_gauge import gauge_from_legs, gauged
-from tsvision.measures.legs import Face, face_from_legs
+from tsvision.measures.legs import Face
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import Shading
 from tsvision.measures.silhouette import Section
+from tsvision.measures.start import Start, find_start
 from tsvision.measures.tones import faint_tone
 from tsvision.measures.uncertainty import light_sd_px
 from tsvision.records import Rig, Scale
@@ -102,64 +103,29 @@ def _teaches(picture: np.ndarray, rig: Rig, scale: Scale, sight: Sight | None) -
 
 def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | None) -> Looks | None:
     given = rig.strings.count
-    view = rig.view
     sight = sight or sight_of(pictures, rig, scale)
     least_px, most_px = possible_px(rig, scale)
     if sight is None or not least_px <= sight.width_px <= most_px:
         return None
     strand_px = sight.width_px / pair_core(given or 2).diameter_d
     half = int(np.ceil(2.3 * sight.width_px)) + 6
-    pairs = cut_all(pictures, sight, strand_px, half)
-    if not pairs:
+    placed = _placed(pictures, sight, rig, scale, strand_px, half)
+    if placed is None:
         return None
-    zone_px = rig.actuator.twisting_zone_mm / scale.mm_per_px
-    gap_px = rig.actuator.hole_distance_mm / scale.mm_per_px
-    ends = find_ends(pictures, [cut for _, cut in pairs], sight, zone_px, gap_px)
-    if view.separator_side == "auto" and not view.axis_px and not _agree(ends, zone_px):
-        other = sight.reversed()
-        there = find_ends(pictures, [], other, zone_px, gap_px)
-        if _agree(there, zone_px):  # plate and connector outweigh what the legs seemed to tell
-            sight, ends = other, there
-    sight, between = cut_alike(pictures, _between(sight, ends), strand_px, half)
-    pairs = between or pairs
-    tone = faint_tone(
-        [cut.contrast for _, cut in pairs],
-        [cut.silhouette for _, cut in pairs],
-        sight.width_px,
-    )
-    if tone < 1.0:
-        sight = replace(sight, faint_tone=tone)
-        pairs = cut_all(pictures, sight, strand_px, half) or pairs
+    sight, ends, pairs = placed
+    sight, pairs = _toned(pictures, sight, pairs, strand_px, half)
     cuts = [cut for _, cut in pairs]
     count, sure = (given, 1.0) if given is not None else _counted(cuts, sight, rig, scale)
     section = pair_core(count)
     learnt = surest(learn_edges(pairs, sight, section), section, half)
-    sight, pairs, cuts, edge = learnt.sight, learnt.pairs, learnt.cuts, learnt.edge
-    shading = edge.shading
-    zero, known = _separator_face(ends, zone_px, cuts)
-    face, gap = None, None
-    if view.axis_px:
-        away = np.subtract(view.axis_px[0], sight.axis.at(np.array(0.0)))
-        zero, known = float(away @ sight.axis.tangent(np.array(0.0))), True
-    elif known:
-        face = face_from_legs(pairs, sight, zero, ends.plate_px, 0.5 * gap_px, scale.mm_per_px)
-        gap = gap_from_legs(pairs, sight, zero, ends.plate_px, 0.5 * gap_px)
-        # Holes that do not lie in the picture's plane would seem nearer to the apex.
-        if face is not None and abs(face.s_px - zero) > NEAR_SHARE * zone_px:
-            face = None
-        zero = zero if face is None else face.s_px
-    diameter = edge.diameter_px
-    if count == 2 and known and light_sd_px(shading) > UNTOLD_PX:
-        d_px = rig.strings.diameter_mm / scale.mm_per_px
-        half_gap_px = 0.5 * gap_px if face is None else face.half_gap_px
-        gauge = gauge_from_legs(pairs, sight, shading, zero, ends.plate_px, half_gap_px, d_px)
-        if gauge is not None:
-            # What frames show of one limb is no more alike for their legs being so.
-            gauge = replace(gauge, sd_px=float(np.hypot(gauge.sd_px, edge.apart_px)))
-            shading, wider = gauged(shading, gauge)
-            diameter += wider
+    edge, cuts = learnt.edge, learnt.cuts
+    start = find_start(learnt, ends, rig, scale)
+    shading, diameter = edge.shading, edge.diameter_px
+    if count == 2 and start.known and light_sd_px(shading) > UNTOLD_PX:
+        shading, wider = _by_legs(learnt, start, ends, rig, scale)
+        diameter += wider
     return Looks(
-        sight=sight,
+        sight=learnt.sight,
         section=section,
         strand_count=count,
         strand_count_given=given is not None,
@@ -171,15 +137,80 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         half_px=max(half, int(np.ceil(2.2 * diameter)) + 6),
         ends=ends,
         scale=scale,
-        zero_px=zero,
-        zero_known=known,
-        zone_px=zone_px,
+        zero_px=start.zero_px,
+        zero_known=start.known,
+        zone_px=_in_px(rig.actuator.twisting_zone_mm, scale),
         hole_distance_mm=rig.actuator.hole_distance_mm,
-        face=face,
-        gap=gap,
+        face=start.face,
+        gap=start.gap,
         slope_sum=_slope_sum(cuts, shading, diameter),
         possible_px=(least_px, most_px),
     )
+
+
+def _in_px(length_mm: float, scale: Scale) -> float:
+    return length_mm / scale.mm_per_px
+
+
+def _placed(
+    pictures: list[np.ndarray],
+    sight: Sight,
+    rig: Rig,
+    scale: Scale,
+    strand_px: float,
+    half_px: int,
+) -> tuple[Sight, Ends, Pairs] | None:
+    """The sight from separator to connector, where both are, and what is cut of the pictures there;
+    None where no picture shows strings."""
+    pairs = cut_all(pictures, sight, strand_px, half_px)
+    if not pairs:
+        return None
+    zone_px = _in_px(rig.actuator.twisting_zone_mm, scale)
+    gap_px = _in_px(rig.actuator.hole_distance_mm, scale)
+    ends = find_ends(pictures, [cut for _, cut in pairs], sight, zone_px, gap_px)
+    view = rig.view
+    if view.separator_side == "auto" and not view.axis_px and not _agree(ends, zone_px):
+        other = sight.reversed()
+        there = find_ends(pictures, [], other, zone_px, gap_px)
+        if _agree(there, zone_px):  # plate and connector outweigh what the legs seemed to tell
+            sight, ends = other, there
+    sight, between = cut_alike(pictures, _between(sight, ends), strand_px, half_px)
+    return sight, ends, between or pairs
+
+
+def _toned(
+    pictures: list[np.ndarray], sight: Sight, pairs: Pairs, strand_px: float, half_px: int
+) -> tuple[Sight, Pairs]:
+    """The same, where strands are of two brightnesses each in units of its own."""
+    tone = faint_tone(
+        [cut.contrast for _, cut in pairs],
+        [cut.silhouette for _, cut in pairs],
+        sight.width_px,
+    )
+    if tone < 1.0:
+        sight = replace(sight, faint_tone=tone)
+        pairs = cut_all(pictures, sight, strand_px, half_px) or pairs
+    return sight, pairs
+
+
+def _by_legs(
+    learnt: Learnt, start: Start, ends: Ends, rig: Rig, scale: Scale
+) -> tuple[tuple[Shading, Shading], float]:
+    """The shading as two strings' legs tell it, and by how much bundles are wider so, px."""
+    shading = learnt.edge.shading
+    d_px = _in_px(rig.strings.diameter_mm, scale)
+    face = start.face
+    half_gap_px = (
+        0.5 * _in_px(rig.actuator.hole_distance_mm, scale) if face is None else face.half_gap_px
+    )
+    gauge = gauge_from_legs(
+        learnt.pairs, learnt.sight, shading, start.zero_px, ends.plate_px, half_gap_px, d_px
+    )
+    if gauge is None:
+        return shading, 0.0
+    # What frames show of one limb is no more alike for their legs being so.
+    gauge = replace(gauge, sd_px=float(np.hypot(gauge.sd_px, learnt.edge.apart_px)))
+    return gauged(shading, gauge)
 
 
 def _slope_sum(cuts: list[Cut], shading: tuple[Shading, Shading], diameter_px: float) -> float:
@@ -245,20 +276,3 @@ def _possible_widths(rig: Rig, scale: Scale) -> tuple[float, float] | None:
     count = rig.strings.count
     outer = pair_core(min(count, 8)).diameter_d if count else 3.7
     return d / scale.mm_per_px, WIDE * outer * d / scale.mm_per_px
-
-
-def _separator_face(ends: Ends, zone_px: float, cuts: list[Cut]) -> tuple[float, bool]:
-    """s (px) where s_mm is zero: the mean of the plate's edge and of the connector minus L, where
-    they agree. The hole exits are usually hidden by the plate, whose edge nearest the camera is
-    seen; the other way suffers from a scale that changes along the axis. The plate's edge where the
-    two contradict each other."""
-    from_connector = ends.connector_px - zone_px
-    if np.isfinite(from_connector):
-        if not np.isfinite(ends.plate_px):
-            return from_connector, True
-        if abs(from_connector - ends.plate_px) < NEAR_SHARE * zone_px:
-            return 0.5 * (from_connector + ends.plate_px), True
-    if np.isfinite(ends.plate_px):
-        return ends.plate_px, True
-    first = [c.s_px[0] + c.silhouette.apex_column for c in cuts]
-    return float(np.nanmin(first)) if np.isfinite(first).any() else float(cuts[0].s_px[0]), False
