@@ -12,6 +12,7 @@ from tsvision.images.telling import of_bundle
 
 DIM = 0.4  # of the core's light: a limb's
 ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
+BESIDE = 24  # rows of it that are asked what a column shows there
 GROUND_FROM = 1.3  # widths from the axis; nearer lie the strings, and no legs yet
 
 
@@ -77,22 +78,30 @@ def core_of(strips: list[Strip], signal: Signal, width: float, between: bool = F
     levels = []
     for strip in strips:
         n = np.arange(-strip.half_px, strip.half_px + 1)
-        core = raw_contrast(strip.values, signal, GROUND_FROM * width)[np.abs(n) < 0.2 * width]
-        columns = nan_median(core)
-        columns = columns[np.isfinite(columns)]
-        if columns.size:
-            levels.append(_typical(columns, between))
-    return float(np.median(levels)) if levels else float("nan")
+        values = raw_contrast(strip.values, signal, GROUND_FROM * width)
+        columns = nan_median(values[np.abs(n) < 0.2 * width])
+        levels.append(_typical(columns, _beside(values, width) if between else None))
+    known = np.array(levels)[np.isfinite(levels)]
+    return float(np.median(known)) if known.size else float("nan")
 
 
-def _typical(columns: np.ndarray, between: bool) -> float:
-    """Contrast on the axis, typical of the columns (M,), or between legs of those that show the
-    bundle; NaN of none."""
-    columns = columns[np.isfinite(columns)]
-    if not columns.size:
+def _beside(values: np.ndarray, width: float) -> np.ndarray:
+    """What a strip's columns (M,) show beside the strings."""
+    n = np.abs(np.arange(values.shape[0]) - values.shape[0] // 2)
+    rows = np.flatnonzero(n > GROUND_FROM * width)
+    return nan_median(values[rows[:: max(1, rows.size // BESIDE)]])
+
+
+def _typical(columns: np.ndarray, beside: np.ndarray | None) -> float:
+    """Contrast on the axis, typical of the columns (M,), or between legs, where it is known what
+    lies `beside` each, of those that show the bundle; NaN of none. A plate that lies across the
+    strip stands out by as much beside it."""
+    known = np.isfinite(columns)
+    if not known.any():
         return float("nan")
-    if between:
-        columns = columns[of_bundle(np.abs(columns))]
+    columns = columns[known]
+    if beside is not None:
+        columns = columns[of_bundle(np.abs(columns - np.nan_to_num(beside[known])))]
     return float(np.median(columns))
 
 
@@ -111,12 +120,13 @@ def scaled_contrast(
     """
     values = raw_contrast(strip.values, signal, GROUND_FROM * width)
     n = np.arange(-strip.half_px, strip.half_px + 1)
+    beside = _beside(values, width) if between else None
     if rough:
         core = np.nan_to_num(values[np.abs(n) <= max(0.6 * width, 2.0)])
         strongest = np.take_along_axis(core, np.abs(core).argmax(axis=0)[None], axis=0)
-        level = ROUGH * _typical(strongest[0], between)
+        level = ROUGH * _typical(strongest[0], beside)
     else:
-        level = _typical(nan_median(values[np.abs(n) <= max(0.2 * width, 1.0)]), between)
+        level = _typical(nan_median(values[np.abs(n) <= max(0.2 * width, 1.0)]), beside)
     level = level if abs(level) > 1e-6 else 1e-6
     ground = strip.values[np.abs(n) > GROUND_FROM * width]
     if ground.size == 0 or np.isnan(ground).all():
