@@ -15,10 +15,10 @@ GROUND, STRINGS, PLATE = 0.3, 0.4, 0.05
 
 @pytest.fixture
 def close_up() -> Strip:
-    """A dark plate across the first fifth of a strip, legs that meet in the middle, and a bundle."""
+    """A dark plate across the first fifth of a strip, legs that meet, and a bundle."""
     n, s = np.mgrid[-HALF_PX : HALF_PX + 1, 0:500].astype(float)
     light = np.full(n.shape, GROUND)
-    light[np.abs(np.abs(n) - np.maximum(0.2 * (250.0 - s), 5.0)) < 5.0] = STRINGS
+    light[np.abs(np.abs(n) - np.maximum(0.2 * (250.0 - s), 5.0)) <= 5.0] = STRINGS
     light[s < 100.0] = PLATE
     light += np.random.default_rng(3).normal(0.0, 0.002, n.shape)
     return Strip(light.astype(np.float32), 0.0, HALF_PX)
