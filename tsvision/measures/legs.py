@@ -26,6 +26,9 @@ FREE = 0.35  # of the way from apex to plate next to the apex is left out: the l
 SOME = 3  # rows apart that tell what of a column is ground
 MOST = 48  # columns of a leg, those next to the apex, that one frame's apex is read from
 CLEAR = 0.35  # of the bundle's contrast
+# The same of a leg of which so little is seen, and of the ground's spread: strands of two colours
+# are told from their ground by unlike amounts, each leg being of one.
+FAINT, SPREADS = 0.15, 5.0
 FEWEST = 6  # columns of either leg
 HOLE_SD_MM = 0.08  # by which a string lies off the middle of its hole
 MOST_SD_MM = 0.25  # legs that tell the exits worse than this tell less than plate and connector do
@@ -148,16 +151,34 @@ def legs_of(
     sides = []
     for sign in (1.0, -1.0):
         line = sign * half_gap * (apex - s) / (apex - about_px)
-        total, middle = _middles(contrast, line, NEAR * half_gap)
-        clear = (total > 0.12 * sight.width_px) & (np.abs(middle) > 0.35 * sight.width_px)
-        if clear.sum() < FEWEST:
+        leg = _leg(contrast, line, NEAR * half_gap, CLEAR, sight.width_px)
+        if leg.shape[1] < FEWEST:
+            leg = _leg(contrast, line, NEAR * half_gap, _faint(contrast), sight.width_px)
+        if leg.shape[1] < FEWEST:
             return None
-        sides.append(np.stack([s[clear], middle[clear]]))
+        sides.append(np.stack([s[leg[0].astype(int)], leg[1]]))
     return Legs(apex, sides[0], sides[1])
 
 
+def _leg(
+    contrast: np.ndarray, line: np.ndarray, near: float, level: float, width: float
+) -> np.ndarray:
+    """Columns that show a leg near a line, and its middles there, (2, K)."""
+    total, middle = _middles(contrast, line, near, level)
+    least = 0.12 * width * level / CLEAR
+    clear = np.flatnonzero((total > least) & (np.abs(middle) > 0.35 * width))
+    return np.stack([clear, middle[clear]])
+
+
+def _faint(contrast: np.ndarray) -> float:
+    """Contrast from which on a leg is seen that has little of it."""
+    some = contrast[::SOME, ::SOME].ravel()
+    spread = 1.4826 * median(np.abs(some - median(some)))
+    return float(np.clip(SPREADS * spread, FAINT, CLEAR))
+
+
 @numba.njit(cache=True, error_model="numpy")
-def _middles(contrast, line, near):  # pragma: no cover - compiled
+def _middles(contrast, line, near, level):  # pragma: no cover - compiled
     """How much of the strings (M,) is seen in a contrast (R, M) less than `near` from a line (M,),
     and its middle (M,), in n."""
     rows, columns = contrast.shape
@@ -167,7 +188,7 @@ def _middles(contrast, line, near):  # pragma: no cover - compiled
     for r in range(rows):
         for c in range(columns):
             light = contrast[r, c]
-            if abs(r - half - line[c]) < near and light > CLEAR:
+            if abs(r - half - line[c]) < near and light > level:
                 weight = min(light, most)
                 total[c] += weight
                 moment[c] += weight * float(r - half)
