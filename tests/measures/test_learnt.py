@@ -87,8 +87,8 @@ def test_cuts_without_strings_say_nothing_of_strands_without_light() -> None:
     assert black_of([legs]) == 0.0
 
 
-def look_of(place_sd_px: float, **told: float) -> EdgeLook:
-    shade = replace(plain_shading(5.0, 1.0), place_sd_px=place_sd_px)
+def look_of(place_sd_px: float, rho_px: float = 5.0, **told: float) -> EdgeLook:
+    shade = replace(plain_shading(rho_px, 1.0), place_sd_px=place_sd_px)
     fitted = {"diameter_px": 20.0, "frames": 6, "rms_px": 0.3, "matched": 0.98} | told
     return EdgeLook((shade, shade), **fitted)  # type: ignore[arg-type]
 
@@ -100,6 +100,7 @@ def look_of(place_sd_px: float, **told: float) -> EdgeLook:
         (look_of(0.25), False),  # hardly surer
         (look_of(0.05, rms_px=0.31), False),
         (look_of(0.05, frames=5), False),
+        (look_of(0.05, frames=5, rms_px=0.1, matched=1.0), False),
         (look_of(0.05, matched=0.97), False),  # a faint strand's lobes are missed
         (look_of(0.05, matched=0.95, rms_px=0.15), True),
         (look_of(0.05, rms_px=float("nan")), False),  # nothing was fitted
@@ -109,3 +110,15 @@ def look_of(place_sd_px: float, **told: float) -> EdgeLook:
 )
 def test_brightness_has_to_tell_more_in_every_respect(bright: EdgeLook, more: bool) -> None:
     assert _tells_more(bright, look_of(0.35)) is more
+
+
+def test_blocks_of_colour_add_more_to_thick_strands_than_a_limb_is_of_thin_ones() -> None:
+    """Black on pale green, strands of 11 px radius: 63.4 px wide by colour, 59.4 by brightness and
+    in truth (`wild 533`)."""
+    bright, colour = (
+        look_of(sd, rho_px=11.0, diameter_px=d) for sd, d in ((0.05, 59.4), (0.35, 63.4))
+    )
+    assert _tells_more(bright, colour)
+    poor = replace(colour, rms_px=0.76, matched=0.86)
+    assert _tells_more(replace(bright, frames=5), poor)  # colour fits legs of hardly a turn as well
+    assert not _tells_more(replace(bright, diameter_px=56.0), colour)

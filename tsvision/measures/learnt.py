@@ -23,9 +23,11 @@ from tsvision.measures.uncertainty import light_sd_px
 
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
 SURER = 0.6  # of the width's uncertainty by colour, which that by brightness has to stay below
-FADED_PX = 3.0  # thinner than by colour, whose blocks add less: lit limbs are as bright as ground
+# Thinner than by colour, whose blocks add less, from which on lit limbs are as bright as ground:
+# px, and of a strand's radius, of which such limbs are a fair part.
+FADED_PX, FADED_RHO = 3.0, 0.6
 SHOWN = 75.0  # per cent of the frames whose cores show less: most may be of hardly a turn
-MISSED_PX = 1.0  # as much off as this counts an edge that was not found
+MISSED_PX = 1.0  # as much off as this counts an edge that was not found, or in no frame's fit
 
 Pairs = list[tuple[np.ndarray, Cut]]
 
@@ -76,7 +78,7 @@ def learn_edges(pairs: Pairs, sight: Sight, section: Section) -> Learnt:
     if sight.signal.in_colour:
         upper, lower = map(_less_sure, edge.shading)
         # Half the resolution and its blocks outdo what frames differ by.
-        edge = replace(edge, shading=(upper, lower), steady=True)
+        edge = replace(edge, shading=(upper, lower))
     return Learnt(sight, pairs, edge)
 
 
@@ -99,13 +101,17 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
 
 
 def _tells_more(bright: EdgeLook, colour: EdgeLook) -> bool:
-    """Whether edges by brightness fit better, in as many frames, and tell the width surer."""
+    """Whether edges by brightness fit better, in as many frames or much better, and tell the width
+    surer."""
     surer = light_sd_px(bright.shading) < SURER * light_sd_px(colour.shading)
-    whole = bright.diameter_px > colour.diameter_px - FADED_PX
-    better = _cost_px2(bright) <= _cost_px2(colour)
-    return surer and whole and better and bright.frames >= colour.frames
+    faded_px = max(FADED_PX, FADED_RHO * colour.shading[0].rho_px)
+    whole = bright.diameter_px > colour.diameter_px - faded_px
+    frames = max(bright.frames, colour.frames)
+    better = _cost_px2(bright, frames) <= _cost_px2(colour, frames)
+    return surer and whole and better
 
 
-def _cost_px2(look: EdgeLook) -> float:
-    """Of all columns, the mean square by which edges are off what was fitted."""
-    return look.matched * look.rms_px**2 + (1.0 - look.matched) * MISSED_PX**2
+def _cost_px2(look: EdgeLook, frames: int) -> float:
+    """Of all columns of so many frames, the mean square by which edges are off what was fitted."""
+    found = look.matched * look.frames / max(frames, 1)
+    return found * look.rms_px**2 + (1.0 - found) * MISSED_PX**2
