@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tsvision.images.chroma import colour_in_full
 from tsvision.images.sight import Sight, by_brightness
 from tsvision.measures.cut import LOST, Cut, cut_frame, learn_shading
 from tsvision.measures.rounds import EdgeLook
@@ -78,7 +79,9 @@ def learn_edges(pairs: Pairs, sight: Sight, section: Section) -> Learnt:
     if sight.signal.in_colour:
         upper, lower = map(_less_sure, edge.shading)
         # Half the resolution and its blocks outdo what frames differ by.
-        edge = replace(edge, shading=(upper, lower))
+        # Half the resolution and its blocks outdo what frames differ by.
+        steady = edge.steady or not all(colour_in_full(picture) for picture, _ in pairs)
+        edge = replace(edge, shading=(upper, lower), steady=steady)
     return Learnt(sight, pairs, edge)
 
 
@@ -106,12 +109,12 @@ def _tells_more(bright: EdgeLook, colour: EdgeLook) -> bool:
     surer = light_sd_px(bright.shading) < SURER * light_sd_px(colour.shading)
     faded_px = max(FADED_PX, FADED_RHO * colour.shading[0].rho_px)
     whole = bright.diameter_px > colour.diameter_px - faded_px
-    frames = max(bright.frames, colour.frames)
-    better = _cost_px2(bright, frames) <= _cost_px2(colour, frames)
+    better = _cost_px2(bright, colour.frames) <= _cost_px2(colour, colour.frames)
     return surer and whole and better
 
 
 def _cost_px2(look: EdgeLook, frames: int) -> float:
-    """Of all columns of so many frames, the mean square by which edges are off what was fitted."""
-    found = look.matched * look.frames / max(frames, 1)
+    """Of all columns, of so many frames at least, the mean square by which edges are off what was
+    fitted."""
+    found = look.matched * look.frames / max(look.frames, frames, 1)
     return found * look.rms_px**2 + (1.0 - found) * MISSED_PX**2
