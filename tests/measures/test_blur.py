@@ -55,7 +55,9 @@ def test_blurs_are_the_frames_where_diameters_agree_better_under_them() -> None:
     assert not agree_better(
         np.array([79.79, 79.79, 79.77, 79.78, 79.77]), np.array([79.44, 79.81, 79.79, 80.02, 79.82])
     )
-    # Three frames may agree by chance: then they have to agree better.
+    # Frames may agree by chance: they have to agree much better.
+    chance = np.array([30.8, 31.0, 31.2, 31.5]), np.array([30.95, 31.1, 31.25, 31.4])
+    assert not agree_better(*chance)
     assert agree_better(np.array([27.2, 28.0, 28.2]), np.array([27.2, 27.5, 27.5]))
     assert not agree_better(np.array([27.2, 28.0, 28.2]), np.array([27.2, 27.9, 27.8]))
     assert not undecided(np.array([0.85, 0.9, np.nan, 0.87, 0.88]))  # equally sharp in any case

@@ -32,3 +32,11 @@ def test_only_straight_bundles_say_whose_a_blur_is(
     monkeypatch.setattr(rounds, "agree_better", lambda _shared, _own: True)
     monkeypatch.setattr(rounds, "_own_diameter_px", lambda *_: 20.0)
     assert _steady(fits, blurs, None, None) is coiled  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("in_colour", [False, True])
+def test_two_readings_by_colour_do_not_say_that_frames_differ(in_colour: bool) -> None:
+    cut = SimpleNamespace(in_colour=in_colour)
+    bundle = SimpleNamespace(fit=SimpleNamespace(coiled=False, diameter_px=20.0))
+    fits = [SimpleNamespace(cut=cut, bundle=bundle)]
+    assert _steady(fits, {1: 0.8, 2: 2.6}, None, None) is in_colour  # type: ignore[arg-type]

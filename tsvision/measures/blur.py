@@ -26,9 +26,9 @@ from tsvision.measures.smoothing import blurred
 SHARPEST_PX, MOST_BLURRED_PX = 0.35, 6.0
 STEADY, STEADY_PX = 0.25, 0.4  # of the blur, and at least: frames that differ by no more are alike
 FEWEST, LEAST = 3, 0.12  # frames, and spread of their blurs, from which diameters can decide
-# Of the diameters' scatter under one blur: what blurs that are the frames' leave, of three frames,
-# which may agree by chance, and of more.
-AGREE_THREE, AGREE = 0.5, 0.75
+# Of the diameters' scatter under one blur: what blurs that are the frames' leave. Path-traced films
+# shaken by 2 to 5 px leave 0.05 to 0.45 of it, those held still that were taken for shaken 0.6.
+AGREE = 0.5
 NOTCH_PX = 0.02  # by which blur moves an edge outwards where it is a notch's
 FURTHEST_PX = 2.5  # from the fitted silhouette: where the edge may lie
 
@@ -132,5 +132,4 @@ def agree_better(shared_px: np.ndarray, own_px: np.ndarray) -> bool:
     """Whether a straight bundle's diameters (K,) agree much better under each frame's own blur than
     under one for all: it is the same bundle in every frame."""
     known = np.isfinite(shared_px) & np.isfinite(own_px)
-    agree = AGREE if np.count_nonzero(known) > FEWEST else AGREE_THREE
-    return bool(np.std(own_px[known]) < agree * np.std(shared_px[known]))
+    return bool(np.std(own_px[known]) < AGREE * np.std(shared_px[known]))

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsvision.images.chroma import colour_in_full
 from tsvision.images.sight import Sight, by_brightness
 from tsvision.measures.cut import LOST, Cut, cut_frame, learn_shading
 from tsvision.measures.rounds import EdgeLook
@@ -79,9 +78,7 @@ def learn_edges(pairs: Pairs, sight: Sight, section: Section) -> Learnt:
     if sight.signal.in_colour:
         upper, lower = map(_less_sure, edge.shading)
         # Half the resolution and its blocks outdo what frames differ by.
-        # Half the resolution and its blocks outdo what frames differ by.
-        steady = edge.steady or not all(colour_in_full(picture) for picture, _ in pairs)
-        edge = replace(edge, shading=(upper, lower), steady=steady)
+        edge = replace(edge, shading=(upper, lower))
     return Learnt(sight, pairs, edge)
 
 

@@ -228,10 +228,11 @@ def _steady(
 ) -> bool:
     """Whether the frames are equally sharp. Light moves a blur's reading by as much as shake does:
     where readings differ, the straight bundle's diameters say whose they are. A coil's differ for
-    other reasons by more than a little blur moves them."""
+    other reasons by more than a little blur moves them, and where colour is stored at half the
+    resolution its blocks outdo what readings alone could say."""
     blurs = np.array(list(blurs_px.values()))
     if not undecided(blurs):
-        return alike(blurs)
+        return fits[0].cut.in_colour or alike(blurs)
     fits = [f for f in fits if not f.bundle.fit.coiled]
     if not fits:
         return True
