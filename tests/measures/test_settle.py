@@ -14,7 +14,7 @@ from tsvision.measures import settle
 from tsvision.measures.blur import with_blur
 from tsvision.measures.recording import Measurer
 from tsvision.measures.rounds import EdgeLook
-from tsvision.measures.settle import _sent, _unstrained
+from tsvision.measures.settle import _holds, _sent, _unstrained
 from tsvision.measures.shading import plain_shading
 from tsvision.measures.uncertainty import light_sd_px
 from tsvision.measures.windows import learning_windows, near_window
@@ -53,6 +53,21 @@ def test_of_rounds_that_go_to_and_fro_the_least_contradicted_is_taken_and_less_s
     assert taken.shading[0].blur_px == 1.0
     assert taken.diameter_px == 20.0
     assert taken.shading[0].place_sd_px == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("diameter_px", "moved_px", "holds"),
+    [(28.9, -0.3, True), (31.0, 0.1, False), (28.9, -4.9, False)],
+)
+def test_a_round_that_the_next_one_takes_back_has_not_settled(
+    diameter_px: float, moved_px: float, holds: bool
+) -> None:
+    """Grey strings lit from one side (`wild 504`): edges that hardly moved any more, 4.9 px inside
+    those that the next round saw."""
+    shade = replace(plain_shading(4.0), place_sd_px=0.8)
+    look = EdgeLook((shade, shade), 28.3, places_px=(-0.08, 0.02))
+    ahead = EdgeLook((shade, shade), diameter_px, places_px=(moved_px, 0.0))
+    assert _holds(look, ahead) is holds
 
 
 class Stuck:

@@ -40,9 +40,9 @@ def _settled(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
 
 
 def _holds(look: EdgeLook, ahead: EdgeLook) -> bool:
-    """Whether a look's own template finds the bundles as thick as the look says they are: along a
-    dark limb it may well find others, pixels away."""
-    off_px = abs(ahead.diameter_px - look.settled_px)
+    """Whether a look's own template finds the bundles as thick as the look says they are, and
+    leaves them so: along a dark limb it may well find others, or see the limb pixels away."""
+    off_px = max(abs(px - look.settled_px) for px in (ahead.diameter_px, ahead.settled_px))
     return off_px < max(light_sd_px(look.shading), SETTLED_PX)
 
 
