@@ -418,6 +418,15 @@ def test_one_picture_of_few_turns_shows_the_bundle_and_not_a_leg(apex: float) ->
     assert sight.legs_seen
 
 
+def test_a_film_of_legs_shows_the_bundle_that_they_meet_in() -> None:
+    """A fifth of the axis is bundle in the last frame, none in the first three; a leg of several
+    strands is wide enough for a bundle, and was measured in all of such a film (`wild 555`)."""
+    film = [few_turns(apex) for apex in np.linspace(1.1, 0.8, 8)]
+    sight = find_sight(film, Told(least_px=0.4 * BUNDLE_PX))
+    assert sight is not None
+    assert off_axis_px(sight) < 0.3 * BUNDLE_PX
+
+
 @pytest.mark.parametrize("latest", [0.55, 0.65])
 def test_a_film_of_few_turns_shows_the_bundle_and_not_a_leg(latest: float) -> None:
     """A close-up in which the legs are longer than the bundle in every frame but the last: a leg

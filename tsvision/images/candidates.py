@@ -19,7 +19,7 @@ SWALLOWED, SWALLOWED_SHARE = 1.8, 0.6  # widths of strings with their shadow; wh
 APART = 1.5  # spreads between strings and ground from which nothing speaks against a line
 # Angle of a leg to the bundle, rad; by how much the two may differ, of their mean, and how far
 # apart they may cross it, in widths; what speaks for the bundle between over what for a leg.
-LEG_RAD, MIRRORED, MEET_D, LEG_SHARE = (0.07, 1.0), 0.3, 2.0, 0.6
+LEG_RAD, MIRRORED, MEET_D, LEG_SHARE = (0.07, 1.0), 0.3, 2.0, 0.4
 # Widths, in its legs', of the bundle that they go over into: where the strip is too narrow it holds
 # legs beside ground, which looks like dark strings.
 LEGS_TO_BUNDLE = (1.0, 1.6)
