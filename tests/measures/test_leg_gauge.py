@@ -12,11 +12,9 @@ from synth.build import make_settings
 from synth.recording import write_recording
 from synth.settings import Strings
 from tsvision.images.frames import open_recording
-from tsvision.images.signal import summed
 from tsvision.measures import learnt as learnt_module
 from tsvision.measures import looks as looks_module
 from tsvision.measures.cut import Cut, cut_frame
-from tsvision.measures.learnt import Learnt
 from tsvision.measures.leg_gauge import LegGauge, gauge_from_legs, gauged
 from tsvision.measures.looks import Looks, learn_looks
 from tsvision.measures.recording import sample_pictures
@@ -135,24 +133,3 @@ def test_what_light_tells_is_left_alone(tmp_path: Path, monkeypatch: pytest.Monk
 
     monkeypatch.setattr(looks_module, "gauge_from_legs", never)
     learnt(*film(tmp_path, 2))
-
-
-def test_legs_told_by_their_colour_are_not_asked(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Pink before pale green, a JPEG: blocks added 2.3 px more to legs of 9 px than to the bundle,
-    which was right before it was made as much thinner (`wild 569`)."""
-    asked: list[object] = []
-
-    def by_hue(learnt: Learnt, *_: object) -> Learnt:
-        hue = summed(np.array([0.3, -0.4, 0.3]))
-        return replace(learnt, sight=replace(learnt.sight, signal=hue))
-
-    monkeypatch.setattr(looks_module, "light_sd_px", lambda _: 2.0)
-    monkeypatch.setattr(looks_module, "gauge_from_legs", lambda *_: asked.append(_))
-    pictures, rig = film(tmp_path, 2)
-    learnt(pictures, rig)
-    assert len(asked) == 1
-    monkeypatch.setattr(looks_module, "surest", by_hue)
-    learnt(pictures, rig)
-    assert len(asked) == 1

@@ -121,9 +121,7 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     edge, cuts = learnt.edge, learnt.cuts
     start = find_start(learnt, ends, rig, scale)
     shading, diameter = edge.shading, edge.diameter_px
-    # Blocks of colour add more to a leg than to the bundle.
-    told = count != 2 or learnt.sight.signal.in_colour or light_sd_px(shading) < UNTOLD_PX
-    if start.known and not told:
+    if count == 2 and start.known and light_sd_px(shading) > UNTOLD_PX:
         shading, wider = _by_legs(learnt, start, ends, rig, scale)
         diameter += wider
     return Looks(

@@ -15,6 +15,7 @@ from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR, light_sd_px
 
 ROUNDS = (2, 8, 14)  # at least, at most, and at most while each moves the edges less, ...
 SETTLED_PX = 0.1  # ... until their places move by no more
+TAKEN_BACK = 2.0 * 2.0**0.5  # sds of a width from which two of them contradict each other
 SHIFTS, FURTHEST_SHIFT = 4, 0.6  # times that edges are sent elsewhere, and how far, in radii
 
 
@@ -40,10 +41,11 @@ def _settled(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
 
 
 def _holds(look: EdgeLook, ahead: EdgeLook) -> bool:
-    """Whether a look's own template finds the bundles as thick as the look says they are, and
-    leaves them so: along a dark limb it may well find others, or see the limb pixels away."""
-    off_px = max(abs(px - look.settled_px) for px in (ahead.diameter_px, ahead.settled_px))
-    return off_px < max(light_sd_px(look.shading), SETTLED_PX)
+    """Whether a look's own template finds the bundles as thick as the look says they are: along a
+    dark limb it may well find others, pixels away, or see the limb there."""
+    light_px = light_sd_px(look.shading)
+    found_px, said_px = (abs(px - look.settled_px) for px in (ahead.diameter_px, ahead.settled_px))
+    return found_px < max(light_px, SETTLED_PX) and said_px < max(TAKEN_BACK * light_px, SETTLED_PX)
 
 
 def _unstrained(looks: list[EdgeLook]) -> EdgeLook:
