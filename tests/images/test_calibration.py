@@ -13,6 +13,7 @@ from scipy.interpolate import RectBivariateSpline
 from scipy.ndimage import gaussian_filter
 
 from cli.main import run
+from tests.srgb import encode
 from tsvision.errors import InputError
 from tsvision.images.calibration import from_points, moved_in_depth
 from tsvision.images.calibration_charuco import (
@@ -31,13 +32,6 @@ from tsvision.rig import load_rig
 SPEC = "7x5 square=5 marker=3.7 dict=DICT_4X4_50"
 BOARD = Board(7, 5, 5.0, 3.7, "DICT_4X4_50")
 SIZE_PX = (960, 720)
-
-
-def encode(linear: np.ndarray) -> np.ndarray:
-    """Linear light 0..1 to 8-bit sRGB."""
-    x = np.clip(linear, 0, 1)
-    code = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
-    return np.rint(255 * code).astype(np.uint8)
 
 
 # ------------------------------------------------------------------ points and depth

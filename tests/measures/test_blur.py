@@ -10,6 +10,7 @@ import pytest
 
 from tests.measures.pictures import picture
 from tests.measures.test_edges import offsets_for, seen, tube
+from tests.srgb import encode
 from tsvision.images.linear import to_linear
 from tsvision.measures.blur import agree_better, alike, blur_of, undecided
 from tsvision.measures.recording import Measurer
@@ -22,8 +23,7 @@ DIAMETER_PX = 24.0
 def smeared_across(picture: np.ndarray, length_px: int) -> np.ndarray:
     """A shake along the columns, in linear light."""
     light = cv2.blur(to_linear(picture, float("nan")), (1, length_px))
-    coded = np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-    return np.round(255.0 * coded).astype(np.uint8)
+    return encode(light)
 
 
 @pytest.mark.parametrize("blur_px", [0.6, 1.4, 2.2, 3.0])

@@ -16,6 +16,7 @@ import pytest
 from synth.build import make_settings
 from synth.recording import write_recording
 from synth.settings import Strings
+from tests.srgb import encode
 from tsvision.images.frames import open_recording
 from tsvision.images.linear import to_linear
 from tsvision.images.sight import Sight
@@ -188,9 +189,7 @@ def fainter_on_one_side(film: Film, share: float) -> list[np.ndarray]:
     for picture in film.pictures:
         light = to_linear(picture, NAN)
         ground = np.median(light)
-        light = np.where(upper, ground + share * (light - ground), light)
-        code = np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-        pictures.append(np.round(255.0 * code).astype(picture.dtype))
+        pictures.append(encode(np.where(upper, ground + share * (light - ground), light)))
     return pictures
 
 

@@ -1,4 +1,4 @@
-"""One round of learning: which stretches teach, and what a frame's blur is taken for."""
+"""One round of learning: what a frame's blur is taken for, and whether frames differ in it."""
 
 from __future__ import annotations
 

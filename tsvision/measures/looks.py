@@ -199,12 +199,8 @@ def _by_legs(
     """The shading as two strings' legs tell it, and by how much bundles are wider so, px."""
     shading = learnt.edge.shading
     d_px = _in_px(rig.strings.diameter_mm, scale)
-    face = start.face
-    half_gap_px = (
-        0.5 * _in_px(rig.actuator.hole_distance_mm, scale) if face is None else face.half_gap_px
-    )
     gauge = gauge_from_legs(
-        learnt.pairs, learnt.sight, shading, start.zero_px, ends.plate_px, half_gap_px, d_px
+        learnt.pairs, learnt.sight, shading, start.zero_px, ends.plate_px, start.half_gap_px, d_px
     )
     if gauge is None:
         return shading, 0.0

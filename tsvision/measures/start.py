@@ -17,10 +17,12 @@ from tsvision.records import Rig, Scale
 @dataclass(frozen=True)
 class Start:
     """Where the strings leave the separator: zero_px, s of its face, and whether that is known;
-    face and gap: the same and S as the legs tell them, None where they do not."""
+    half_gap_px: half of S as the legs tell it together with the face, else as stated; face and gap:
+    the same and S as the legs tell them, None where they do not."""
 
     zero_px: float
     known: bool
+    half_gap_px: float
     face: Face | None = None
     gap: Gap | None = None
 
@@ -28,20 +30,22 @@ class Start:
 def find_start(learnt: Learnt, ends: Ends, rig: Rig, scale: Scale) -> Start:
     """Where s = 0 lies along the axis of what was learnt."""
     zone_px = rig.actuator.twisting_zone_mm / scale.mm_per_px
+    half_gap_px = 0.5 * rig.actuator.hole_distance_mm / scale.mm_per_px
     sight, pairs = learnt.sight, learnt.pairs
     if rig.view.axis_px:
         away = np.subtract(rig.view.axis_px[0], sight.axis.at(np.array(0.0)))
-        return Start(float(away @ sight.axis.tangent(np.array(0.0))), True)
+        return Start(float(away @ sight.axis.tangent(np.array(0.0))), True, half_gap_px)
     zero, known = _separator_face(ends, zone_px, learnt.cuts)
     if not known:
-        return Start(zero, False)
-    half_gap_px = 0.5 * rig.actuator.hole_distance_mm / scale.mm_per_px
+        return Start(zero, False, half_gap_px)
     face = face_from_legs(pairs, sight, zero, ends.plate_px, half_gap_px, scale.mm_per_px)
     gap = gap_from_legs(pairs, sight, zero, ends.plate_px, half_gap_px)
     # Holes that do not lie in the picture's plane would seem nearer to the apex.
     if face is not None and abs(face.s_px - zero) > NEAR_SHARE * zone_px:
         face = None
-    return Start(zero if face is None else face.s_px, True, face, gap)
+    if face is None:
+        return Start(zero, True, half_gap_px, gap=gap)
+    return Start(face.s_px, True, face.half_gap_px, face, gap)
 
 
 def _separator_face(ends: Ends, zone_px: float, cuts: list[Cut]) -> tuple[float, bool]:
