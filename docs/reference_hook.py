@@ -60,6 +60,7 @@ COLUMNS: dict[str, str] = {
     "separator_x_px": "s = 0: the separator's exit face on the axis",
     "separator_y_px": "s = 0",
     "hole_distance_mm": "S between the strings at the separator, from the legs of the recording",
+    "gamma": "exponent that encodes the picture, given or told by its noise; empty: sRGB",
     "blur_px": "width of the edges' blur (standard deviation)",
     "fit_rms_px": "what the helix fit leaves",
     "flags": "why a number may be bad: names joined by `|`",

@@ -23,6 +23,7 @@ class Flag(IntFlag):
     NO_TURNS = auto()
     SCALE_LOCAL = auto()
     STRAND_COUNT_GUESSED = auto()
+    GAMMA_GUESSED = auto()
     ENVELOPE_ONLY = auto()
     NO_PITCH = auto()
     NO_HANDEDNESS = auto()
@@ -53,6 +54,7 @@ MEANING: dict[str, str] = {
     "NO_TURNS": "the motor turns of this frame are unknown",
     "SCALE_LOCAL": "the scale along the axis is not the one given; pitches in mm are less sure",
     "STRAND_COUNT_GUESSED": "N was not given and was estimated from the picture",
+    "GAMMA_GUESSED": "by its noise the file is not sRGB, gamma is its guess; state camera.gamma",
     "ENVELOPE_ONLY": "the helix fit did not hold; D is the silhouette's width between knots",
     "NO_PITCH": "pitch and angles could not be measured",
     "NO_HANDEDNESS": "the strands' ridges were too weak to tell S from Z",
@@ -71,7 +73,7 @@ MEANING: dict[str, str] = {
     "FAILED": "the program failed on this picture; the log says how, please report it",
 }
 
-REMARKS = frozenset({"FIBRES", "NO_CONNECTOR"})
+REMARKS = frozenset({"FIBRES", "NO_CONNECTOR", "GAMMA_GUESSED"})
 """Flags that say what was done or is not in view, not that a number may be bad."""
 
 if list(MEANING) != [flag.name for flag in Flag]:

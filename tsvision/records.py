@@ -46,7 +46,7 @@ class Camera:
     length_mm: float = NAN
     points_px: tuple[tuple[float, float], ...] = ()
     board: str | None = None
-    gamma: float = NAN  # exponent that encodes the picture; NaN: assume sRGB-like
+    gamma: float = NAN  # exponent that encodes the picture; NaN: as its noise tells, else sRGB
     lens: tuple[float, ...] = ()  # fx, fy, cx, cy, k1, k2, p1, p2, k3; empty: no distortion known
 
 
@@ -215,6 +215,7 @@ class FrameRow:
     separator_y_px: float = NAN
     hole_distance_mm: float = NAN
     hole_distance_mm_sd: float = NAN
+    gamma: float = NAN
     blur_px: float = NAN
     fit_rms_px: float = NAN
     flags: str = ""

@@ -103,7 +103,10 @@ class CameraKeys(_Section):
         "for charuco: squares across x down, square and marker side in mm, dictionary",
         '"7x5 square=5 marker=3.7 dict=DICT_4X4_50"',
     )
-    gamma: Positive | None = _key("exponent that encodes the picture; unknown: like sRGB", "2.2")
+    gamma: Positive | None = _key(
+        "exponent that encodes the picture (1: linear light); unknown: by its noise, else sRGB",
+        "2.2",
+    )
     lens: Lens | None = _key(
         "fx, fy, cx, cy, k1, k2, p1, p2, k3 of `tsvision calibrate charuco`; undistorts frames",
         "[2400, 2400, 640, 360, -0.1, 0.02, 0, 0, 0]",

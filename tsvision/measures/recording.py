@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsvision.flags import Flag, flags_to_text
+from tsvision.flags import Flag, flags_from_text, flags_to_text
 from tsvision.images.frames import iter_frames
+from tsvision.images.tone_curve import gamma_of
 from tsvision.measures.alone import explained
 from tsvision.measures.bowed import Bowed, learn_bowed, measure_bowed
 from tsvision.measures.frame import LEGS_TURNS, Warm, measure_frame
@@ -42,6 +43,7 @@ class Measurer:
         self.looks: Looks | None = None
         self.bowed: Bowed | None = None
         self.shape: tuple[int, ...] | None = None
+        self.gamma_guessed = False
         self.warm = Warm()
 
     def prime(self, pictures: list[np.ndarray]) -> None:
@@ -50,6 +52,10 @@ class Measurer:
             return
         self.shape = pictures[0].shape[:2]
         alike = [p for p in pictures if p.shape == pictures[0].shape]
+        if np.isnan(self.rig.camera.gamma):
+            gamma = gamma_of(alike)
+            self.gamma_guessed = bool(np.isfinite(gamma))
+            self.rig = replace(self.rig, camera=replace(self.rig.camera, gamma=gamma))
         scale = resolve_scale(self.rig, alike[0])
         looks = learn_looks(alike, self.rig, scale)
         self.bowed, self.looks = learn_bowed(alike, looks, self.rig, scale)
@@ -85,7 +91,17 @@ class Measurer:
             result, self.warm = measure_frame(frame, self.looks, turns, self.warm)
         else:
             return _empty(frame, turns, Flag.NO_BUNDLE)
-        return result
+        return self._with_gamma(result)
+
+    def _with_gamma(self, result: FrameResult) -> FrameResult:
+        """The exponent in force, and whether it was guessed; where files are sRGB there is none."""
+        if np.isnan(self.rig.camera.gamma):
+            return result
+        row = replace(result.row, gamma=self.rig.camera.gamma)
+        if self.gamma_guessed:
+            flags = flags_from_text(row.flags) | Flag.GAMMA_GUESSED
+            row = replace(row, flags=flags_to_text(flags))
+        return replace(result, row=row)
 
 
 def measure_frames(

@@ -24,6 +24,8 @@ def main() -> None:
                         help="render recordings in which everything is drawn at once")  # fmt: skip
     parser.add_argument("--surface", choices=SURFACES, default=SURFACES[0],
                         help="of the strings (default: %(default)s)")  # fmt: skip
+    parser.add_argument("--gamma", type=float, metavar="G",
+                        help="lossless files of light to the power 1 / G, 1: linear")  # fmt: skip
     parser.add_argument("--out", type=Path, default=Path("pathtraced"))
     args = parser.parse_args()
     if args.list or not (args.render or args.verify or args.pictures or args.wild):
@@ -33,12 +35,13 @@ def main() -> None:
         from .recording import write
 
         spec = of_surface(chosen(name, args.vary, parser), args.surface)
+        spec = of_gamma(spec, args.gamma)
         print(write(spec, args.out, not args.tables_only))
     for number in args.wild:
         from .recording import write
         from .wild import wild
 
-        spec = of_surface(wild(number), args.surface)
+        spec = of_gamma(of_surface(wild(number), args.surface), args.gamma)
         print(write(spec, args.out, not args.tables_only))
     for name in SPECS if args.verify == ["all"] else args.verify:
         from .verify import verify
@@ -62,6 +65,14 @@ def of_surface(spec: Spec, surface: str) -> Spec:
         return spec
     look = replace(spec.look, surface=surface)
     return replace(spec, name=f"{spec.name}_{surface}", look=look)
+
+
+def of_gamma(spec: Spec, gamma: float | None) -> Spec:
+    """The same recording as a camera stores it that encodes light another way, and loses none."""
+    if gamma is None:
+        return spec
+    film = replace(spec.film, gamma=gamma, jpeg_quality=None)
+    return replace(spec, name=f"{spec.name}_gamma{gamma:g}", film=film)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,8 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Film:
-    """`exposure` scales light so that 1.0 is full well; `motion_px` is a shake along a line."""
+    """`exposure` scales light so that 1.0 is full well; `motion_px` is a shake along a line;
+    `gamma` encodes the light, 1 not at all, NaN as sRGB."""
 
     exposure: float = 1.0
     gauss_blur_px: float = 0.8
@@ -20,6 +21,7 @@ class Film:
     full_well_e: float = 4000.0
     read_noise_e: float = 8.0
     mono: bool = False
+    gamma: float = float("nan")
     jpeg_quality: int | None = 85
 
 
@@ -54,5 +56,7 @@ def develop(light: np.ndarray, film: Film, rng: np.random.Generator) -> np.ndarr
     electrons = rng.poisson(np.clip(image, 0, 1.2) * film.full_well_e).astype(float)
     electrons += rng.normal(0, film.read_noise_e, electrons.shape)
     value = np.clip(electrons / film.full_well_e, 0, 1)
-    coded = np.where(value < 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
+    coded = value ** (1.0 / film.gamma)
+    if np.isnan(film.gamma):
+        coded = np.where(value < 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
     return (coded[..., ::-1] * 255 + 0.5).astype(np.uint8).squeeze()
