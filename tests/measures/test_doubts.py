@@ -10,11 +10,11 @@ import pytest
 from tests.measures.pictures import measure, picture
 from tsvision.images.strip import straight_axis
 from tsvision.measures import frame
-from tsvision.measures.bundle import BundleFit
-from tsvision.measures.doubts import clipped, knots_unsure, less_sure_of_pitch
+from tsvision.measures.bundle import BundleFit, fit_window
+from tsvision.measures.doubts import clipped, is_smooth, knots_unsure, less_sure_of_pitch
 from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.section import pair_core
-from tsvision.measures.silhouette import KC, RC, RHO, K
+from tsvision.measures.silhouette import KC, RC, RHO, K, model_edges
 from tsvision.records import FrameRow, KnotSighting
 
 D = 30.0
@@ -57,6 +57,42 @@ def test_one_limb_at_the_border_is_not_yet_clipped() -> None:
     short = cord()
     short.upper_weight[:300] = short.upper_weight[320:] = 0.0
     assert not clipped(cut_at(short, 14.0), axis, SHAPE, D)
+
+
+def of_eight(edges: Edges, diameter_px: float) -> BundleFit:
+    """What eight strands make of some edges."""
+    last = float(edges.s_px[-1])
+    fit = fit_window(edges, pair_core(8), 0.0, last, diameter_px, float("nan"))
+    assert fit is not None
+    return fit
+
+
+def roughened(edges: Edges, sd_px: float, seed: int) -> Edges:
+    noise = sd_px * np.random.default_rng(seed).standard_normal((2, edges.s_px.size))
+    return replace(edges, upper_px=edges.upper_px + noise[0], lower_px=edges.lower_px + noise[1])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_leg_of_four_strands_is_no_bundle_of_eight(seed: int) -> None:
+    """Its edges are straight lines, a little oblique; some helix of eight comes near them."""
+    s = np.arange(700.0)
+    even = np.ones(s.size)
+    leg = roughened(Edges(s, 35.0 + 0.01 * s, -36.0 + 0.012 * s, even, even), 0.3, seed)
+    assert is_smooth(leg, of_eight(leg, 71.0))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_bundle_of_eight_is_not_smooth(seed: int) -> None:
+    """Its lobes stand out by no more than a px and the noise is as large."""
+    section, s = pair_core(8), np.arange(500.0)
+    p = np.zeros(9)
+    p[[RHO, K]] = 12.0 / section.diameter_d, 2.0 * np.pi / 90.0
+    upper, lower = model_edges(p, section, -250.0, s.size)
+    even = np.ones(s.size)
+    bundle = roughened(Edges(s, upper, lower, even, even), 0.3, seed)
+    fit = of_eight(bundle, 24.0)
+    assert fit.fit.pitch_px == pytest.approx(90.0, rel=0.02)
+    assert not is_smooth(bundle, fit)
 
 
 def test_a_knot_just_above_the_limits_is_unsure() -> None:

@@ -14,9 +14,10 @@ from tests.measures.films import film_of, measured
 from tsvision.images.sight import Sight, Told, find_sight
 from tsvision.images.signal import Way
 from tsvision.measures.cut import black_of, cut_frame
-from tsvision.measures.learnt import _tells_more, cut_alike, cut_all
+from tsvision.measures.learnt import _joined, _tells_more, cut_alike, cut_all
 from tsvision.measures.rounds import EdgeLook
 from tsvision.measures.shading import plain_shading
+from tsvision.measures.uncertainty import light_sd_px
 
 RED, PALE_GREEN = (0.4, 0.04, 0.05), (0.36, 0.47, 0.39)
 
@@ -122,3 +123,25 @@ def test_blocks_of_colour_add_more_to_thick_strands_than_a_limb_is_of_thin_ones(
     poor = replace(colour, rms_px=0.76, matched=0.86)
     assert _tells_more(replace(bright, frames=5), poor)  # colour fits legs of hardly a turn as well
     assert not _tells_more(replace(bright, diameter_px=56.0), colour)
+
+
+def test_colour_and_brightness_that_tell_about_as_much_are_joined() -> None:
+    """Nearer to the surer one, and as unsure as the two are of each other."""
+    bright, colour = look_of(0.2, diameter_px=19.0), look_of(0.2)
+    both = _joined(colour, bright)
+    light_px, apart_px = light_sd_px(colour.shading), 1.0
+    assert 19.3 < both.diameter_px < 19.6  # brightness is a little less sure for its limbs
+    wider = sum(s.beyond_px for s in both.shading) - sum(s.beyond_px for s in colour.shading)
+    assert wider == pytest.approx(both.diameter_px - colour.diameter_px)
+    assert 0.4 * apart_px < light_sd_px(both.shading) < np.hypot(light_px, 0.5 * apart_px)
+    surer = _joined(colour, replace(bright, shading=look_of(0.02).shading))
+    assert surer.diameter_px < both.diameter_px
+    alike = _joined(colour, replace(bright, diameter_px=20.0))
+    assert alike.diameter_px == 20.0
+    assert light_sd_px(alike.shading) < light_px
+
+
+def test_brightness_that_shows_no_limbs_or_nothing_says_nothing() -> None:
+    colour = look_of(0.35)
+    assert _joined(colour, look_of(0.05, diameter_px=16.5)) == colour
+    assert _joined(colour, look_of(0.05, frames=0)) == colour

@@ -15,7 +15,7 @@ from tsvision.images.frames import open_recording
 from tsvision.measures import learnt as learnt_module
 from tsvision.measures import looks as looks_module
 from tsvision.measures.cut import Cut, cut_frame
-from tsvision.measures.leg_gauge import LegGauge, gauge_from_legs, gauged
+from tsvision.measures.leg_gauge import gauge_from_legs
 from tsvision.measures.looks import Looks, learn_looks
 from tsvision.measures.recording import sample_pictures
 from tsvision.measures.rounds import EdgeLook
@@ -23,6 +23,7 @@ from tsvision.measures.scale import resolve_scale
 from tsvision.measures.settle import settle
 from tsvision.measures.shading import Shading
 from tsvision.measures.uncertainty import light_sd_px
+from tsvision.measures.witness import Witness, heard
 from tsvision.records import Rig
 from tsvision.rig import load_rig
 
@@ -56,7 +57,7 @@ def off_by(shading: tuple[Shading, Shading], px: float) -> tuple[Shading, Shadin
 
 def asked(
     pictures: list[np.ndarray], looks: Looks, shading: tuple[Shading, Shading]
-) -> LegGauge | None:
+) -> Witness | None:
     strand_px = STRAND_MM / looks.scale.mm_per_px
     pairs: list[tuple[np.ndarray, Cut]] = []
     for picture in pictures:
@@ -99,11 +100,11 @@ def test_where_no_legs_are_nothing_is_told(dark: tuple[list[np.ndarray], Looks])
 def test_either_counts_as_it_is_sure(dark: tuple[list[np.ndarray], Looks]) -> None:
     _, looks = dark
     unsure = off_by(looks.shading, -2.5)
-    told, wider = gauged(unsure, LegGauge(-2.5, 0.5))
+    told, wider = heard(unsure, Witness(-2.5, 0.5))
     assert 2.3 < wider < 2.5
     assert sum(s.beyond_px for s in told) - sum(s.beyond_px for s in unsure) == pytest.approx(wider)
     assert 0.4 < light_sd_px(told) < 0.5
-    _, hardly = gauged(looks.shading, LegGauge(-2.5, 5.0))
+    _, hardly = heard(looks.shading, Witness(-2.5, 5.0))
     assert 0.0 < hardly < 0.05
 
 

@@ -8,11 +8,12 @@ import numba
 import numpy as np
 
 from tsvision.images.strip import Axis
-from tsvision.measures.bundle import BundleFit
+from tsvision.measures.bundle import SEEN, BundleFit
 from tsvision.measures.helix import Edges
 from tsvision.measures.weigh import doubt
 from tsvision.records import FrameRow, KnotSighting
 
+SMOOTH = 0.8  # of what straight lines leave of the edges; films' bundles, fitted, leave up to 0.62
 POOR_WEIGHT = 0.55  # of the edges along the bundle, in the mean: films show 0.7 and more
 GROSSLY = 1.2  # by how much a fit counts less for its rate: 1.75 times the motor's, or a third
 SURE = 0.9  # confidence of a knot below which it may be none
@@ -26,6 +27,27 @@ def edges_poor(edges: Edges) -> bool:
     matched = np.minimum(edges.upper_weight, edges.lower_weight)
     seen = np.flatnonzero((edges.upper_weight > 0) | (edges.lower_weight > 0))
     return bool(seen.size and matched[seen[0] : seen[-1] + 1].mean() < POOR_WEIGHT)
+
+
+def is_smooth(edges: Edges, found: BundleFit) -> bool:
+    """Whether straight lines describe a stretch's edges nearly as well as the strands fitted to
+    them: those of a leg, of strands side by side, or of a rod."""
+    if found.lobes_seen < 1.0:
+        return False
+    part = edges.window(found.s_low_px, found.s_high_px)
+    sides = ((part.upper_px, part.upper_weight), (part.lower_px, part.lower_weight))
+    return found.fit.rms_px > SMOOTH * max(_bent_px(*side) for side in sides)
+
+
+def _bent_px(edge_px: np.ndarray, weight: np.ndarray) -> float:
+    """rms by which an edge differs from a straight line."""
+    known = weight > SEEN
+    if np.count_nonzero(known) < 3:
+        return 0.0
+    columns = np.flatnonzero(known)
+    line = np.polyfit(columns, edge_px[known], 1, w=weight[known])
+    off = edge_px[known] - np.polyval(line, columns)
+    return float(np.sqrt(np.average(off**2, weights=weight[known])))
 
 
 def turns_disagree(row: FrameRow, near: BundleFit | None) -> bool:

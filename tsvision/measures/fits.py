@@ -41,10 +41,11 @@ def apex_of(cut: Cut, looks: Looks) -> float:
 
 def expected_rate(looks: Looks, turns: float, start_px: float) -> float:
     """Rate of strands and coiling together (rad/px) that the motor's turns lead one to expect
-    between the apex at `start_px` and the connector; the two legs hold a quarter turn."""
+    between the apex at `start_px` and the connector; the two legs hold a quarter turn. With neither
+    end in view the zone is taken to begin at the apex: it is no less."""
     end = looks.ends.connector_px
-    if not np.isfinite(end) and looks.zero_known:
-        end = looks.zero_px + looks.zone_px
+    if not np.isfinite(end):
+        end = (looks.zero_px if looks.zero_known else start_px) + looks.zone_px
     if not (np.isfinite(turns) and np.isfinite(end)) or end <= start_px:
         return NAN
     return 2.0 * np.pi * max(abs(turns) - 0.25, 0.0) / (end - start_px)

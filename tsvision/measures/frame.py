@@ -19,6 +19,7 @@ from tsvision.measures.cut import Cut, cut_frame, find_edges
 from tsvision.measures.doubts import (
     clipped,
     edges_poor,
+    is_smooth,
     knots_unsure,
     less_sure_of_pitch,
     turns_disagree,
@@ -41,6 +42,9 @@ PLAIN_SLOPE = 0.2  # of the ridges: that frame's own sense; strands seldom show 
 SURE_OF_SENSE = 0.7  # confidence below which none is told
 NO_WIDTH = 0.25  # of D: what is less sure than that is no measurement of it
 NO_TWIST = 0.5  # of the pitch: strands that may as well not turn at all have none
+LEG = (
+    1.4  # times the least width possible, a smooth thing that is thinner is one leg of many strands
+)
 LEGS_TURNS = 0.25  # turns that the legs hold between holes and apex: below, nothing is twisted
 
 
@@ -80,6 +84,10 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         edges = within_zone(found, cut, looks)
         near, mid = fit_bundle(edges, looks, turns, apex_px, near, mid)
         row = replace(row, blur_px=looks.shading[0].blur_px)
+    if near is not None and is_smooth(edges, near):
+        if near.fit.diameter_px < LEG * looks.possible_px[0]:
+            return _failed(row, Flag.NO_BUNDLE), warm
+        near, mid, flags = None, None, flags | Flag.TOO_FEW_TURNS
     row, flags = _bundle_values(row, flags, near, mid, edges, looks)
     (sense, sure), warm_slope = _handedness(cut, edges, looks, warm)
     if not sense:

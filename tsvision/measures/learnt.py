@@ -20,8 +20,12 @@ from tsvision.measures.settle import settle
 from tsvision.measures.shading import Shading, plain_shading
 from tsvision.measures.silhouette import Section
 from tsvision.measures.uncertainty import light_sd_px
+from tsvision.measures.witness import Witness, heard
 
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
+# Of a width by brightness that is not left to it alone, besides what light leaves open: parts of
+# coloured limbs are as bright as their ground (74 films of coloured strings).
+BRIGHT_SD_PX = 0.3
 SURER = 0.6  # of the width's uncertainty by colour, which that by brightness has to stay below
 # Thinner than by colour, whose blocks add less, from which on lit limbs are as bright as ground:
 # px, and of a strand's radius, of which such limbs are a fair part.
@@ -97,17 +101,34 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     if not pairs:
         return learnt
     other = learn_edges(pairs, sight, section)
-    return other if _tells_more(other.edge, learnt.edge) else learnt
+    if _tells_more(other.edge, learnt.edge):
+        return other
+    return replace(learnt, edge=_joined(learnt.edge, other.edge))
+
+
+def _joined(colour: EdgeLook, bright: EdgeLook) -> EdgeLook:
+    """Edges by colour that are where both together say, each by how sure it is of the width. What
+    the two differ by is not known."""
+    if bright.frames == 0 or not _is_whole(bright, colour):
+        return colour
+    wide_px = colour.diameter_px - bright.diameter_px
+    sd_px = float(np.hypot(light_sd_px(bright.shading), BRIGHT_SD_PX))
+    shading, wider_px = heard(colour.shading, Witness(wide_px, sd_px), apart_px=wide_px)
+    return replace(colour, shading=shading, diameter_px=colour.diameter_px + wider_px)
 
 
 def _tells_more(bright: EdgeLook, colour: EdgeLook) -> bool:
     """Whether edges by brightness fit better, in as many frames or much better, and tell the width
     surer."""
     surer = light_sd_px(bright.shading) < SURER * light_sd_px(colour.shading)
-    faded_px = max(FADED_PX, FADED_RHO * colour.shading[0].rho_px)
-    whole = bright.diameter_px > colour.diameter_px - faded_px
     better = _cost_px2(bright, colour.frames) <= _cost_px2(colour, colour.frames)
-    return surer and whole and better
+    return surer and better and _is_whole(bright, colour)
+
+
+def _is_whole(bright: EdgeLook, colour: EdgeLook) -> bool:
+    """Whether brightness shows the limbs: lit ones may be as bright as their ground."""
+    faded_px = max(FADED_PX, FADED_RHO * colour.shading[0].rho_px)
+    return bright.diameter_px > colour.diameter_px - faded_px
 
 
 def _cost_px2(look: EdgeLook, frames: int) -> float:

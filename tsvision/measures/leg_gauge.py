@@ -10,7 +10,7 @@ holds several, twisted or side by side, and tells nothing.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from tsvision.measures.legs import legs_of
 from tsvision.measures.line import line_through
 from tsvision.measures.shading import Shading
 from tsvision.measures.sums import deviation
-from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR, light_sd_px
+from tsvision.measures.witness import Witness
 
 # What a leg's width is off by is a bundle's to so many px, and to such a share (path-traced films
 # of two strings: 0.22 px apart in seventeen that light tells well, a fifth in four with a limb
@@ -36,14 +36,6 @@ FEWEST = 15  # columns of a leg where both its edges do
 NEARLY = 0.5  # of a strand's diameter, by which what is measured may differ from it
 
 
-@dataclass(frozen=True)
-class LegGauge:
-    """By how much edges make a width too large, px, and its standard uncertainty."""
-
-    wide_px: float
-    sd_px: float
-
-
 def gauge_from_legs(
     pairs: list[tuple[np.ndarray, Cut]],
     sight: Sight,
@@ -52,7 +44,7 @@ def gauge_from_legs(
     plate_px: float,
     half_gap_px: float,
     strand_px: float,
-) -> LegGauge | None:
+) -> Witness | None:
     """What the legs in all (picture, cut) of two strings tell; None where they tell nothing.
 
     about_px: s of the holes' exits, half of S as `half_gap_px`, plate_px: of the plate's visible
@@ -77,22 +69,7 @@ def gauge_from_legs(
     wide = float(np.median(seen))
     apart = deviation(seen) if seen.size > 1 else ALONE_SHARE * strand_px
     parts = TRANSFER_PX, TRANSFER_SHARE * wide, STRAND_SHARE * strand_px, apart
-    return LegGauge(wide, float(np.linalg.norm(parts)))
-
-
-def gauged(
-    shading: tuple[Shading, Shading], gauge: LegGauge
-) -> tuple[tuple[Shading, Shading], float]:
-    """The shading with both edges moved by what the legs tell, as far as light and shape are less
-    sure of the width than they; and by how much, px, that makes a bundle wider."""
-    light = light_sd_px(shading)
-    share = float(light**2 / (light**2 + gauge.sd_px**2))
-    wider = -share * gauge.wide_px
-    place_sd = float(np.sqrt(share / 2.0)) * gauge.sd_px / EDGE_MODEL_FACTOR
-    upper, lower = (
-        replace(s, beyond_px=s.beyond_px + 0.5 * wider, place_sd_px=place_sd) for s in shading
-    )
-    return (upper, lower), wider
+    return Witness(wide, float(np.linalg.norm(parts)))
 
 
 def _width_px(

@@ -18,7 +18,7 @@ from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.gap import Gap
 from tsvision.measures.handedness import slope_between
 from tsvision.measures.learnt import Learnt, Pairs, cut_alike, cut_all, learn_edges, surest
-from tsvision.measures.leg_gauge import gauge_from_legs, gauged
+from tsvision.measures.leg_gauge import gauge_from_legs
 from tsvision.measures.legs import Face
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import Shading
@@ -26,6 +26,7 @@ from tsvision.measures.silhouette import Section
 from tsvision.measures.start import Start, find_start
 from tsvision.measures.tones import faint_tone
 from tsvision.measures.uncertainty import light_sd_px
+from tsvision.measures.witness import heard
 from tsvision.records import Rig, Scale
 
 SAMPLED_FRAMES = 8
@@ -206,7 +207,7 @@ def _by_legs(
         return shading, 0.0
     # What frames show of one limb is no more alike for their legs being so.
     gauge = replace(gauge, sd_px=float(np.hypot(gauge.sd_px, learnt.edge.apart_px)))
-    return gauged(shading, gauge)
+    return heard(shading, gauge)
 
 
 def _slope_sum(cuts: list[Cut], shading: tuple[Shading, Shading], diameter_px: float) -> float:
