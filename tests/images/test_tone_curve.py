@@ -52,10 +52,15 @@ def test_linear_light_is_told(count: int) -> None:
     assert gamma_of(pictures(1.0, count)) == 1.0
 
 
-def test_of_16_bit_and_of_colour() -> None:
+@pytest.mark.parametrize("bits", [12, 16])
+def test_of_16_bit_of_which_a_sensor_may_fill_12(bits: int) -> None:
     rng = np.random.default_rng(2)
-    fine = np.rint(65535.0 * counted(scene(rng), rng)).astype(np.uint16)
+    fine = np.rint((2**bits - 1) * counted(scene(rng), rng)).astype(np.uint16)
     assert gamma_of([fine]) == 1.0
+
+
+def test_of_colour() -> None:
+    rng = np.random.default_rng(2)
     colour = np.dstack([stored(counted(scene(rng), rng), 1.0) for _ in range(3)])
     assert gamma_of([colour]) == 1.0
 
