@@ -145,3 +145,6 @@ def test_brightness_that_shows_no_limbs_or_nothing_says_nothing() -> None:
     colour = look_of(0.35)
     assert _joined(colour, look_of(0.05, diameter_px=16.5)) == colour
     assert _joined(colour, look_of(0.05, frames=0)) == colour
+    assert _joined(colour, look_of(0.05, diameter_px=19.0, frames=1)) == colour  # of six
+    alone = replace(colour, frames=1)
+    assert _joined(alone, look_of(0.05, diameter_px=19.0, frames=1)) != alone

@@ -109,7 +109,9 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
 def _joined(colour: EdgeLook, bright: EdgeLook) -> EdgeLook:
     """Edges by colour that are where both together say, each by how sure it is of the width. What
     the two differ by is not known."""
-    if bright.frames == 0 or not _is_whole(bright, colour):
+    # What one frame of several shows by brightness may be legs, or a coil.
+    told = bright.frames >= max(min(2, colour.frames), 1)
+    if not (told and _is_whole(bright, colour)):
         return colour
     wide_px = colour.diameter_px - bright.diameter_px
     sd_px = float(np.hypot(light_sd_px(bright.shading), BRIGHT_SD_PX))
