@@ -277,8 +277,8 @@ LIGHTS = {  # brightness of a cylinder's surface over x = -1..1 across; not the 
 }
 
 
-def pin(light: str, ground: float, diameter_px: float, blur_px: float, angle_deg: float):
-    """A cylinder through (200, 150), by supersampling."""
+def lit_pin(light: str, ground: float, diameter_px: float, blur_px: float, angle_deg: float):
+    """A cylinder through (200, 150), by supersampling; linear light."""
     fine = 4
     y, x = np.mgrid[0 : 300 * fine, 0 : 400 * fine].astype(float)
     x, y = (x + 0.5) / fine - 0.5, (y + 0.5) / fine - 0.5
@@ -290,7 +290,12 @@ def pin(light: str, ground: float, diameter_px: float, blur_px: float, angle_deg
     inside *= np.abs(along) < 150
     shown = ground + inside * (LIGHTS[light](across) - ground)
     shown = gaussian_filter(shown, blur_px * fine)
-    small = shown.reshape(300, fine, 400, fine).mean(axis=(1, 3))
+    return shown.reshape(300, fine, 400, fine).mean(axis=(1, 3))
+
+
+def pin(*of: object):
+    """The same as a camera stores it."""
+    small = lit_pin(*of)
     noisy = encode(small) + np.random.default_rng(3).normal(0, 2.0, small.shape)
     return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
 
@@ -316,6 +321,23 @@ def test_gauge_pin(light: str, ground: float, worst_px: float) -> None:
         assert abs(errors[-1]) < allowed
         assert found.found["blur_px"] == pytest.approx(blur_px, abs=0.35)
     assert np.abs(errors).max() < worst_px
+
+
+def test_gauge_pin_in_linear_light() -> None:
+    """As a machine vision camera stores it, before grey cards whose noise tells."""
+    shown = lit_pin("from the camera", 0.02, 40.0, 1.6, 0.0)
+    shown[:75] = shown[225:] = np.geomspace(0.02, 0.7, 400)
+    electrons = np.random.default_rng(5).poisson(1000.0 * shown)
+    picture = np.clip(np.rint(electrons * 0.255), 0, 255).astype(np.uint8)
+    place = (30, 90, 340, 120)
+    found = calibrate_gauge(picture, 1.0, roi_px=place)
+    assert "gamma of 1" in found.notes[0]
+    given = calibrate_gauge(picture, 1.0, roi_px=place, gamma=1.0)
+    assert given.notes == ()
+    assert found.found == given.found
+    assert found.found["diameter_px"] == pytest.approx(40.0, abs=0.3)
+    eye = calibrate_gauge(picture, 1.0, roi_px=place, gamma=2.2)
+    assert abs(eye.found["diameter_px"] - 40.0) > 0.3
 
 
 def test_gauge_pin_with_its_place_given() -> None:

@@ -21,6 +21,7 @@ from tsvision.images.calibration import Calibration
 from tsvision.images.frames_picture import to_luma
 from tsvision.images.linear import to_linear
 from tsvision.images.strip import Axis, cut_strip, straight_axis
+from tsvision.images.tone_curve import gamma_of
 
 _FINE = 0.1  # px, grid of the model
 _BLOCK_PX = 8  # columns averaged for one cross-section, at least
@@ -58,7 +59,13 @@ def calibrate_gauge(
 ) -> Calibration:
     """Scale from a cylinder of known diameter; `roi_px` or the two `ends_px` of its axis tell
     where it lies. `found` holds diameter_px, blur_px, the light and how far half-level edges
-    would have been off. Raises InputError when no straight cylinder is there."""
+    would have been off. gamma encodes the picture; NaN: as its noise tells, else sRGB. Raises
+    InputError when no straight cylinder is there."""
+    notes: tuple[str, ...] = ()
+    if np.isnan(gamma):
+        gamma = gamma_of([pixels])
+        if np.isfinite(gamma):
+            notes = (f"by its noise the picture is not sRGB: decoded by a gamma of {gamma:g}",)
     picture = to_linear(to_luma(pixels), gamma)
     axis, width_px = _given_axis(ends_px) if ends_px else _find_axis(picture, roi_px)
     sections = []
@@ -89,7 +96,7 @@ def calibrate_gauge(
         "half_level_bias_px": half_level_width(strip, ground) - diameter_px,
         "sections": float(len(sections)),
     }
-    return Calibration(scale, parts, "gauge", found=found)
+    return Calibration(scale, parts, "gauge", found=found, notes=notes)
 
 
 def fit_sections(strip: np.ndarray, radius_px: float) -> list[tuple[float, Section]]:
