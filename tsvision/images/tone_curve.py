@@ -37,8 +37,8 @@ LEVEL_SHARE = 0.05  # of a level's variance: what it is told within, beside coun
 # The curve is sRGB unless that misses the variances by so many times what the best one does, which
 # has to describe them.
 CONTRADICTED, DESCRIBED = 4.0, 5.0
-# What is known before, as costs: a file that is not sRGB holds linear light, or a root near 2.2.
-UNUSUAL, USUAL, USUAL_SD = 2.0, 2.2, 0.2  # the last of its logarithm
+# What is known before: a file that is not sRGB holds linear light, or a root about USUAL.
+USUAL, USUAL_SD = 2.2, 0.2  # the sd of its logarithm
 ROOTS = (1.2, 1.4, 1.6, 1.8, 2.0, 2.2, 2.4, 2.6, 2.8, 3.0)
 GROWS = 1.5  # times the variance of the darkest levels in the brightest, where light is linear
 FAR, WITHIN = 2.5, 0.9776  # sds beyond which noise counts as at; the variance that is left so
@@ -74,6 +74,7 @@ def gamma_of(pictures: list[np.ndarray]) -> float:
 
 
 def _unlikely(gamma: float) -> float:
+    """How much less likely than linear light an exponent is beforehand: minus its logarithm."""
     if gamma == 1.0:
         return 0.0
     return 0.5 * (math.log(gamma / USUAL) / USUAL_SD) ** 2

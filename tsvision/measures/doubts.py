@@ -44,10 +44,10 @@ def _bent_px(edge_px: np.ndarray, weight: np.ndarray) -> float:
     known = weight > SEEN
     if np.count_nonzero(known) < 3:
         return 0.0
-    columns = np.flatnonzero(known)
-    line = np.polyfit(columns, edge_px[known], 1, w=weight[known])
-    off = edge_px[known] - np.polyval(line, columns)
-    return float(np.sqrt(np.average(off**2, weights=weight[known])))
+    s, n, w = np.flatnonzero(known), edge_px[known], weight[known] / weight[known].sum()
+    s, n = s - w @ s, n - w @ n
+    slope = (w @ (s * n)) / (w @ (s * s))
+    return float(np.sqrt(w @ (n - slope * s) ** 2))
 
 
 def turns_disagree(row: FrameRow, near: BundleFit | None) -> bool:

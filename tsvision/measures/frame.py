@@ -42,9 +42,7 @@ PLAIN_SLOPE = 0.2  # of the ridges: that frame's own sense; strands seldom show 
 SURE_OF_SENSE = 0.7  # confidence below which none is told
 NO_WIDTH = 0.25  # of D: what is less sure than that is no measurement of it
 NO_TWIST = 0.5  # of the pitch: strands that may as well not turn at all have none
-LEG = (
-    1.4  # times the least width possible, a smooth thing that is thinner is one leg of many strands
-)
+LEG = 1.4  # times the least width possible: what is smooth and thinner is a leg of many strands
 LEGS_TURNS = 0.25  # turns that the legs hold between holes and apex: below, nothing is twisted
 
 
