@@ -23,11 +23,14 @@ LUMA_BGR = np.array([0.0722, 0.7152, 0.2126], dtype=np.float32)
 
 @lru_cache(maxsize=8)
 def _decode_table(levels: int, gamma: float) -> np.ndarray:
-    code = np.linspace(0.0, 1.0, levels)
+    return decoded(np.linspace(0.0, 1.0, levels), gamma).astype(np.float32)
+
+
+def decoded(code: np.ndarray, gamma: float) -> np.ndarray:
+    """The light of codes, both in 0..1; gamma as `to_linear` takes it."""
     if np.isfinite(gamma):
-        return (code**gamma).astype(np.float32)
-    srgb = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
-    return srgb.astype(np.float32)
+        return code**gamma
+    return np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
 
 
 def to_linear(pixels: np.ndarray, gamma: float = float("nan")) -> np.ndarray:

@@ -21,6 +21,8 @@ import cv2
 import numpy as np
 from scipy.optimize import nnls
 
+from tsvision.images.linear import decoded
+
 SRGB = math.nan  # as `to_linear` takes it
 SECOND = np.array([1.0, -2.0, 1.0]) / math.sqrt(6.0)  # of unit gain for white noise
 FINEST = np.outer(SECOND, SECOND)
@@ -43,6 +45,7 @@ ROOTS = (1.2, 1.4, 1.6, 1.8, 2.0, 2.2, 2.4, 2.6, 2.8, 3.0)
 GROWS = 1.5  # times the variance of the darkest levels in the brightest, where light is linear
 FAR, WITHIN = 2.5, 0.9776  # sds beyond which noise counts as at; the variance that is left so
 ROUNDED = 0.3 / 255.0  # sd of what is left of no noise at all
+STEP = 1e-4  # of full scale, over which a curve's slope is taken
 TOGETHER = 2.0  # levels that are off together
 
 
@@ -125,7 +128,9 @@ def full_scale(pictures: list[np.ndarray]) -> float:
 def misfit(noise: Noise, gamma: float) -> float:
     """Mean square by which K I + R, as it shows in a file so encoded, misses the variances, in
     their sd."""
-    light, code_per_light = _decoded(noise.level, gamma)
+    light = decoded(noise.level, gamma)
+    rise = decoded(noise.level + STEP, gamma) - decoded(noise.level - STEP, gamma)
+    code_per_light = 2.0 * STEP / rise
     shapes = np.stack([light, np.ones_like(light)], axis=1)
     return _misfit(noise, code_per_light[:, None] ** 2 * shapes)
 
@@ -137,16 +142,6 @@ def _misfit(noise: Noise, shapes: np.ndarray) -> float:
     target = noise.variance / noise.sd
     found, _ = nnls(design, target)
     return float(np.mean((design @ found - target) ** 2))
-
-
-def _decoded(level: np.ndarray, gamma: float) -> tuple[np.ndarray, np.ndarray]:
-    """The light of levels, and by how much levels rise with it."""
-    if math.isfinite(gamma):
-        return level**gamma, level ** (1.0 - gamma) / gamma
-    root = (level + 0.055) / 1.055
-    dark = level <= 0.04045
-    light = np.where(dark, level / 12.92, root**2.4)
-    return light, np.where(dark, 12.92, 1.055 / 2.4 * root**-1.4)
 
 
 def _levels(plane: np.ndarray) -> np.ndarray:

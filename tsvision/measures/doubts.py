@@ -10,6 +10,7 @@ import numpy as np
 from tsvision.images.strip import Axis
 from tsvision.measures.bundle import SEEN, BundleFit
 from tsvision.measures.helix import Edges
+from tsvision.measures.line import line_through
 from tsvision.measures.weigh import doubt
 from tsvision.records import FrameRow, KnotSighting
 
@@ -44,10 +45,9 @@ def _bent_px(edge_px: np.ndarray, weight: np.ndarray) -> float:
     known = weight > SEEN
     if np.count_nonzero(known) < 3:
         return 0.0
-    s, n, w = np.flatnonzero(known), edge_px[known], weight[known] / weight[known].sum()
-    s, n = s - w @ s, n - w @ n
-    slope = (w @ (s * n)) / (w @ (s * s))
-    return float(np.sqrt(w @ (n - slope * s) ** 2))
+    s, n, w = np.flatnonzero(known).astype(float), edge_px[known], weight[known]
+    constant, slope = line_through(s, n, w)
+    return float(np.sqrt(np.average((n - constant - slope * s) ** 2, weights=w)))
 
 
 def turns_disagree(row: FrameRow, near: BundleFit | None) -> bool:

@@ -97,10 +97,10 @@ class Measurer:
         """The exponent in force, and whether it was guessed; where files are sRGB there is none."""
         if np.isnan(self.rig.camera.gamma):
             return result
-        row = replace(result.row, gamma=self.rig.camera.gamma)
+        flags = flags_from_text(result.row.flags)
         if self.gamma_guessed:
-            flags = flags_from_text(row.flags) | Flag.GAMMA_GUESSED
-            row = replace(row, flags=flags_to_text(flags))
+            flags |= Flag.GAMMA_GUESSED
+        row = replace(result.row, gamma=self.rig.camera.gamma, flags=flags_to_text(flags))
         return replace(result, row=row)
 
 

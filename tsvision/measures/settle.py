@@ -11,7 +11,7 @@ from tsvision.measures.cut import Cut
 from tsvision.measures.rounds import EdgeLook, next_look, widths_px
 from tsvision.measures.shading import Shading
 from tsvision.measures.silhouette import Section
-from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR, light_sd_px
+from tsvision.measures.uncertainty import light_sd_px, place_sd_px
 
 ROUNDS = (2, 8, 14)  # at least, at most, and at most while each moves the edges less, ...
 SETTLED_PX = 0.1  # ... until their places move by no more
@@ -22,7 +22,7 @@ SHIFTS, FURTHEST_SHIFT = 4, 0.6  # times that edges are sent elsewhere, and how 
 def settle(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
     """The look of the edges in some frames, from what a first glance took them for."""
     look = _settled(cuts, section, first)
-    return _less_sure(look, _of_a_place(look.hidden_px))
+    return _less_sure(look, place_sd_px(look.hidden_px))
 
 
 def _settled(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
@@ -65,11 +65,6 @@ def _unstrained(looks: list[EdgeLook]) -> EdgeLook:
         hidden_px=look.hidden_px,
     )
     return _less_sure(found, found.moved_px)
-
-
-def _of_a_place(sd_px: float) -> float:
-    """The sd of either edge's place that makes a width's."""
-    return sd_px / (EDGE_MODEL_FACTOR * float(np.sqrt(2.0)))
 
 
 def _as_sure(shading: tuple[Shading, Shading], sd_px: float) -> tuple[Shading, Shading]:
@@ -119,4 +114,4 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
             break
         shading = (moved, look.shading[1]) if side == 0 else (look.shading[0], moved)
         look = replace(look, shading=shading, diameter_px=width_px)
-    return _less_sure(look, _of_a_place(float(np.hypot(off_px, look.apart_px))))
+    return _less_sure(look, place_sd_px(float(np.hypot(off_px, look.apart_px))))

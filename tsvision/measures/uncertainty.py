@@ -58,6 +58,11 @@ def light_sd_px(shading: tuple[Shading, Shading]) -> float:
     return float(EDGE_MODEL_FACTOR * np.hypot(shading[0].place_sd_px, shading[1].place_sd_px))
 
 
+def place_sd_px(width_sd_px: float) -> float:
+    """Of either edge's place, that makes a width so unsure: the inverse of `light_sd_px`."""
+    return width_sd_px / (EDGE_MODEL_FACTOR * float(np.sqrt(2.0)))
+
+
 def edge_model_sd_px(shading: tuple[Shading, Shading]) -> float:
     """Uncertainty of D from the edge model, both sides together, px."""
     blur = shading[0].blur_px

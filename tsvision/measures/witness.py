@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsvision.measures.shading import Shading
-from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR, light_sd_px
+from tsvision.measures.uncertainty import light_sd_px, place_sd_px
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ def heard(
     wider = -share * witness.wide_px
     between = np.sqrt(share * (1.0 - share)) * apart_px
     sd_px = float(np.hypot(np.sqrt(share) * witness.sd_px, between))
-    place_sd = sd_px / (EDGE_MODEL_FACTOR * float(np.sqrt(2.0)))
+    place_sd = place_sd_px(sd_px)
     upper, lower = (
         replace(s, beyond_px=s.beyond_px + 0.5 * wider, place_sd_px=place_sd) for s in shading
     )

@@ -56,7 +56,8 @@ def develop(light: np.ndarray, film: Film, rng: np.random.Generator) -> np.ndarr
     electrons = rng.poisson(np.clip(image, 0, 1.2) * film.full_well_e).astype(float)
     electrons += rng.normal(0, film.read_noise_e, electrons.shape)
     value = np.clip(electrons / film.full_well_e, 0, 1)
-    coded = value ** (1.0 / film.gamma)
-    if np.isnan(film.gamma):
+    if np.isfinite(film.gamma):
+        coded = value ** (1.0 / film.gamma)
+    else:
         coded = np.where(value < 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
     return (coded[..., ::-1] * 255 + 0.5).astype(np.uint8).squeeze()
