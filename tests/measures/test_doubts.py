@@ -17,7 +17,7 @@ from tsvision.measures.doubts import clipped, is_smooth, knots_unsure, less_sure
 from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.recording import Measurer
 from tsvision.measures.section import pair_core
-from tsvision.measures.silhouette import KC, RC, RHO, K, model_edges
+from tsvision.measures.silhouette import KC, PARAMETERS, RC, RHO, K, model_edges
 from tsvision.records import Camera, Frame, FrameRow, KnotSighting, Rig, Strings, View
 
 D = 30.0
@@ -88,7 +88,7 @@ def test_a_leg_of_four_strands_is_no_bundle_of_eight(seed: int) -> None:
 def test_a_bundle_of_eight_is_not_smooth(seed: int) -> None:
     """Its edges swing by 2.5 px, in noise of 0.3."""
     section, s = pair_core(8), np.arange(500.0)
-    p = np.zeros(9)
+    p = np.zeros(PARAMETERS)
     p[[RHO, K]] = 12.0 / section.diameter_d, 2.0 * np.pi / 90.0
     upper, lower = model_edges(p, section, -250.0, s.size)
     even = np.ones(s.size)
@@ -112,6 +112,13 @@ def test_a_picture_of_such_a_leg_tells_no_width() -> None:
     row = measurer.measure(Frame(0, "", pictures[0]), 3.0).row
     assert np.isnan(row.diameter_px) and np.isnan(row.pitch_px)
     assert row.flags == "NO_BUNDLE"
+
+
+def test_a_leg_that_crosses_the_axis_is_no_bundle(monkeypatch: pytest.MonkeyPatch) -> None:
+    pixels = picture()
+    monkeypatch.setattr(frame, "is_aslant", lambda fit: True)
+    row = measure(pixels)
+    assert row.flags == "NO_BUNDLE" and np.isnan([row.diameter_px, row.pitch_px]).all()
 
 
 def test_a_knot_just_above_the_limits_is_unsure() -> None:
@@ -141,7 +148,7 @@ def test_a_coil_whose_turns_disagree_is_less_sure_of_its_pitch() -> None:
         helix_angle_rad=0.8,
         helix_angle_rad_sd=0.01,
     )
-    p = np.zeros(9)
+    p = np.zeros(PARAMETERS)
     p[[RHO, K, RC, KC]] = 7.0, 0.1, 5.0, 0.07
     coil = BundleFit(
         HelixFit(p, np.zeros((9, 9)), 0.1, 0.1, 100, pair_core(2), (0.0, 100.0)), 0.0, 100.0
@@ -149,6 +156,11 @@ def test_a_coil_whose_turns_disagree_is_less_sure_of_its_pitch() -> None:
     less = less_sure_of_pitch(row, coil)
     assert less.pitch_px_sd == pytest.approx(np.hypot(1.0, 0.3 * 50.0))
     assert less.helix_angle_rad_sd == pytest.approx(0.3 * np.sin(0.8) * np.cos(0.8), rel=0.01)
+    # Of a close-up the turns cannot be counted; there the rates tell.
+    alone = replace(row, turn_budget_error=np.nan)
+    twice = replace(coil, expected_rate=0.5 * (0.1 + 0.07))
+    assert less_sure_of_pitch(alone, twice).pitch_px_sd == pytest.approx(50.0, rel=0.01)
+    assert less_sure_of_pitch(alone, coil) == alone
     p = p.copy()
     p[RC] = 0.0
     straight = replace(coil, fit=replace(coil.fit, p=p))

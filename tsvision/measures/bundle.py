@@ -18,7 +18,7 @@ from tsvision.measures.search import (
     search_straight,
     straight_at,
 )
-from tsvision.measures.silhouette import KC, K, Section
+from tsvision.measures.silhouette import KC, SLOPE, K, Section
 from tsvision.measures.sums import deviation
 from tsvision.measures.weigh import PLAINLY, believed, doubt, is_plain, weighed
 
@@ -30,6 +30,8 @@ SWINGS_ON = 1.15  # by what factor it must grow for a coil to be sought again wh
 LED_ON = 1.1  # times the cost of the frame before that a straight fit led on by the motor may have
 POOR_FRAMES = 5  # for which a poor fit is carried on before all is searched again
 COIL_PAYS = 0.85  # share of a straight fit's cost that a coiled one must stay below, ...
+ASLANT = 0.12  # slope against the axis of what is a leg, or a coil longer than the stretch
+COIL_LOBES = 2.0  # of its strands, that a coil shows at least
 IN_STEP_PAYS = 0.4  # ... and where its coils go with the strands' lobes
 # Slope of an outline that coils at which an edge counts half. Small errors along s are large ones
 # along n there; and on the flanks strands face other ways than on the crests, into light and shade
@@ -91,7 +93,7 @@ def fit_window(
         part = replace(part, half_slope=FLANK)
     best = None
     if before is not None and (coil or not before.fit.coiled):
-        best = _carried_on(part, before, expected_rate, scale_px)
+        best = _upright(_carried_on(part, before, expected_rate, scale_px))
     sought = 0.0 if before is None else before.straight_at
     swings = swing >= max(SWINGS, SWINGS_ON * sought)
     holds = _holds(best, before) and (best is None or best.coiled or not swings)
@@ -167,7 +169,7 @@ def _searched(
         for variant in variants:
             coiled = search_coiled(part, variant, diameter_px, bands, coils, scale_px)
             if coiled is not None:
-                coiled = best_branch(part, coiled, bands[0], scale_px)
+                coiled = _upright(best_branch(part, coiled, bands[0], scale_px))
             best = _choose(best, coiled, expected_rate)
             # Strands do not change places between two frames.
             if settled is not None and best is not None and best.coiled and believed(best):
@@ -176,6 +178,15 @@ def _searched(
         if best is not None and best.coiled and (settled is not None or believed(best)):
             break
     return best
+
+
+def _upright(fit: HelixFit | None) -> HelixFit | None:
+    """The fit, unless it is a coil that is aslant or shows hardly any strands: a straight bundle
+    then tells more of the stretch."""
+    if fit is None or not fit.coiled:
+        return fit
+    shown = (fit.z_px[1] - fit.z_px[0]) / fit.pitch_px * fit.section.lobes
+    return None if is_aslant(fit) or shown < COIL_LOBES else fit
 
 
 def _carried_on(
@@ -213,6 +224,12 @@ def _holds(warm: HelixFit | None, before: BundleFit | None) -> bool:
         return warm.cost < factor * before.fit.cost + 0.03
     # No good fit, but as good as the last full search's: that is not repeated every frame.
     return before.carried < POOR_FRAMES and warm.cost < 1.05 * before.fit.cost
+
+
+def is_aslant(fit: HelixFit) -> bool:
+    """Whether what was fitted crosses the axis, which no bundle does: legs do, on either side of
+    the apex, and a curve of the middle line may be drawn as part of a coil that does."""
+    return abs(float(fit.p[SLOPE])) > ASLANT
 
 
 def swing_px(edges: Edges) -> float:

@@ -11,6 +11,7 @@ from tsvision.images.strip import Axis
 from tsvision.measures.bundle import SEEN, BundleFit
 from tsvision.measures.helix import Edges
 from tsvision.measures.line import line_through
+from tsvision.measures.silhouette import KC, K
 from tsvision.measures.weigh import doubt
 from tsvision.records import FrameRow, KnotSighting
 
@@ -62,8 +63,14 @@ def less_sure_of_pitch(row: FrameRow, near: BundleFit | None) -> FrameRow:
     """The row of a coil whose turns disagree with the motor's, less sure of its pitch, and of what
     follows from that, by as much: the outline of a coil repeats itself, and strands that turn more
     or less about it show nearly the same. Those of a straight bundle that fits do not."""
+    if near is None or not near.fit.coiled:
+        return row
     off = abs(row.turn_budget_error / row.turns) if row.turns else float("nan")
-    if near is None or not near.fit.coiled or not np.isfinite(off):
+    if (
+        not np.isfinite(off) and near.expected_rate > 0.0
+    ):  # an end is out of view, and the budget open
+        off = abs(float(near.fit.p[K] + near.fit.p[KC]) / near.expected_rate - 1.0)
+    if not np.isfinite(off):
         return row
     beta, lay = row.helix_angle_rad, row.lay_angle_rad
     return replace(

@@ -14,7 +14,7 @@ from tsvision.flags import Flag, flags_to_text
 from tsvision.measures.along import scale_along, scale_is_local
 from tsvision.measures.blur import shading_of
 from tsvision.measures.budgets import add_budgets, connector_px
-from tsvision.measures.bundle import BundleFit
+from tsvision.measures.bundle import BundleFit, is_aslant
 from tsvision.measures.cut import Cut, cut_frame, find_edges
 from tsvision.measures.doubts import (
     clipped,
@@ -82,6 +82,8 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         edges = within_zone(found, cut, looks)
         near, mid = fit_bundle(edges, looks, turns, apex_px, near, mid)
         row = replace(row, blur_px=looks.shading[0].blur_px)
+    if near is not None and is_aslant(near.fit):
+        return _failed(row, Flag.NO_BUNDLE), warm
     if near is not None and is_smooth(edges, near):
         if near.fit.diameter_px < LEG * looks.possible_px[0]:
             return _failed(row, Flag.NO_BUNDLE), warm
