@@ -12,12 +12,14 @@ from tsvision.measures.silhouette import (
     COILED,
     EDGE,
     KC,
+    PARAMETERS,
     PHI,
     PHIC,
     RC,
     RHO,
     SLOPE,
     STRAIGHT,
+    TILT,
     Y0,
     K,
     model_edges,
@@ -26,10 +28,10 @@ from tsvision.measures.silhouette import (
 
 
 def parameters(**values: float) -> np.ndarray:
-    """(9,) with the names as given, the rest 0."""
+    """(10,) with the names as given, the rest 0."""
     place = {"rho": RHO, "k": K, "phi": PHI, "y0": Y0, "slope": SLOPE, "rc": RC, "kc": KC,
-             "phic": PHIC, "edge": EDGE}  # fmt: skip
-    p = np.zeros(9)
+             "phic": PHIC, "edge": EDGE, "tilt": TILT}  # fmt: skip
+    p = np.zeros(PARAMETERS)
     for name, value in values.items():
         p[place[name]] = value
     return p
@@ -41,14 +43,15 @@ def centre(p: np.ndarray, a: float, angle: float, z: np.ndarray) -> np.ndarray:
     theta = kc * z + p[PHIC]
     if rc == 0.0:
         psi = p[K] * z + p[PHI] + angle
-        return np.stack([z, -a * np.cos(psi)])
+        return np.stack([z - p[TILT] * a * np.sin(psi), -a * np.cos(psi)])
     line = np.stack([z, rc * np.cos(theta), rc * np.sin(theta)])
     q = np.hypot(1.0, rc * kc)
     tangent = np.stack([np.ones_like(z), -rc * kc * np.sin(theta), rc * kc * np.cos(theta)]) / q
     normal = np.stack([0 * z, -np.cos(theta), -np.sin(theta)])
     binormal = np.cross(tangent, normal, axis=0)
     psi = p[K] * z + p[PHI] + angle
-    return (line + a * (np.cos(psi) * normal + np.sin(psi) * binormal))[:2]
+    along, height, depth = line + a * (np.cos(psi) * normal + np.sin(psi) * binormal)
+    return np.stack([along + p[TILT] * depth, height])
 
 
 def discs(p: np.ndarray, count: int, strings: int) -> tuple[np.ndarray, np.ndarray]:
@@ -73,6 +76,8 @@ SHAPES = [
     (4, parameters(rho=5.0, k=0.05, phi=1.0)),
     (8, parameters(rho=4.0, k=0.05, phi=0.3, y0=-2.0)),
     (2, parameters(rho=5.0, k=0.12, phi=0.4, rc=3.0, kc=0.09, phic=0.8)),
+    (8, parameters(rho=4.0, k=0.05, phi=0.3, tilt=0.08)),
+    (2, parameters(rho=5.0, k=0.12, phi=0.4, rc=3.0, kc=0.09, phic=0.8, tilt=-0.08)),
 ]
 
 
@@ -103,19 +108,20 @@ def test_the_gradient_is_that_of_finite_differences(strings: int, p: np.ndarray)
     section = pair_core(strings)
     ones = np.ones((2, count))
     exact = np.stack(model_edges(p, section, z0, count))
-    free = STRAIGHT if p[RC] == 0.0 else COILED
+    asked = (*(STRAIGHT if p[RC] == 0.0 else COILED), TILT)
 
     def right_side(index: int, side: int) -> float:
         # Edges seen 1 px above the model: the right side is the gradient's sum.
         seen = exact.copy()
         seen[side] += 1.0
-        normal, right = np.empty((9, 9)), np.empty(9)
-        _normal_equations(p, np.arange(9), section.radius_d, section.angle_rad, z0, seen, ones,
-                          ones, 1e4, 0.35, normal, right)  # fmt: skip
+        normal, right = np.empty((PARAMETERS, PARAMETERS)), np.empty(PARAMETERS)
+        free = np.arange(PARAMETERS)
+        _normal_equations(p, free, section.radius_d, section.angle_rad, z0, seen, ones,
+                          ones, 1e4, 0.35, normal, right, 0.0)  # fmt: skip
         return float(right[index])
 
-    for index in free:
-        step = 1e-4 * (1.0 if index in (RHO, PHI, Y0, RC, PHIC, EDGE) else 1e-2)
+    for index in asked:
+        step = 1e-4 * (1.0 if index in (RHO, PHI, Y0, RC, PHIC, EDGE, TILT) else 1e-2)
         moved = []
         for sign in (1.0, -1.0):
             q = p.copy()

@@ -15,7 +15,7 @@ from tsvision.measures.envelope import Envelope, envelope_px
 from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.laid import coil_rate, laid_along
 from tsvision.measures.section import pair_core
-from tsvision.measures.silhouette import KC, PHI, PHIC, RC, RHO, K, model_edges
+from tsvision.measures.silhouette import KC, PARAMETERS, PHI, PHIC, RC, RHO, K, model_edges
 
 TWIST = 2.0 * np.pi / 40.0  # rad per px of bundle
 D = 20.0
@@ -25,7 +25,7 @@ COIL, KNOT = (4.0, 2.0 * np.pi / 60.0), (12.0, 2.0 * np.pi / 28.0)  # radius, ra
 def fit_of(radius: float, rate: float) -> HelixFit:
     section = pair_core(2)
     q = float(np.hypot(1.0, radius * rate))
-    p = np.zeros(9)
+    p = np.zeros(PARAMETERS)
     p[RHO], p[RC], p[KC] = 0.5 * D / section.diameter_d, radius, rate
     p[K], p[PHI], p[PHIC] = TWIST * q - rate / q, 0.3, 0.1
     return HelixFit(p, np.eye(9), 0.1, 0.1, 300, section, (0.0, 300.0))

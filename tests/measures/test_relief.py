@@ -18,7 +18,17 @@ from tsvision.measures.helix import Edges, fit_helix, with_relief
 from tsvision.measures.relief import explained, scan_relief
 from tsvision.measures.search import search_straight
 from tsvision.measures.section import pair_core
-from tsvision.measures.silhouette import FREE_COILED, KC, PHI, PHIC, RC, RHO, K, model_edges
+from tsvision.measures.silhouette import (
+    FREE_COILED,
+    KC,
+    PARAMETERS,
+    PHI,
+    PHIC,
+    RC,
+    RHO,
+    K,
+    model_edges,
+)
 from tsvision.measures.weigh import weighed
 
 HALF, COLUMNS, BLUR_PX = 30, 161, 0.8
@@ -26,8 +36,8 @@ LIGHTS = {"from the camera": (0.0, 0.0, 1.0), "from the side": (0.3, 0.6, 0.75)}
 
 
 def coil(strings: int, phase: float = 0.4) -> np.ndarray:
-    """(9,) a bundle of 20 px that coils by 8 px every 38."""
-    p = np.zeros(9)
+    """(10,) a bundle of 20 px that coils by 8 px every 38."""
+    p = np.zeros(PARAMETERS)
     p[RHO] = 10.0 / pair_core(strings).diameter_d
     p[K], p[PHI], p[RC], p[KC], p[PHIC] = 0.19, phase, 8.0, 2.0 * np.pi / 38.0, 1.0
     return p

@@ -17,7 +17,16 @@ from tsvision.measures.section import pair_core
 from tsvision.measures.shading import TEMPLATE_GRID_PX
 from tsvision.measures.shading_fit import fit_shading
 from tsvision.measures.shape import UNKNOWN, Shape, hidden_px, shape_of
-from tsvision.measures.silhouette import EDGE, PHI, RHO, STRAIGHT, K, model_edges
+from tsvision.measures.silhouette import (
+    EDGE,
+    PARAMETERS,
+    PHI,
+    RHO,
+    STRAIGHT,
+    TILT,
+    K,
+    model_edges,
+)
 from tsvision.records import Rig, Strings, View
 
 DIAMETER_PX = 30.0
@@ -27,7 +36,7 @@ def fitted(strings: int, outside_px: float, phase_rad: float) -> tuple[Edges, Bu
     """Edges of touching round strands, both found `outside_px` too far out, and the helix that
     fits them best where they are taken for the true ones."""
     section = pair_core(strings)
-    p = np.zeros(9)
+    p = np.zeros(PARAMETERS)
     p[RHO] = 0.5 * DIAMETER_PX / section.diameter_d
     p[K], p[PHI] = np.tan(np.deg2rad(25.0)) / (0.5 * DIAMETER_PX), phase_rad
     upper, lower = model_edges(p, section, -150.0, 301)
@@ -47,6 +56,28 @@ def test_the_shape_tells_how_far_the_edges_are_off(strings: int, outside_px: flo
     assert taken_px - DIAMETER_PX == pytest.approx(2.0 * outside_px, abs=1.0)
     assert taken_px - told.width_px == pytest.approx(DIAMETER_PX, abs=0.3)
     assert told.sd_px > 0.035 * 0.85 * DIAMETER_PX  # real strands are not rigid circles
+
+
+@pytest.mark.parametrize("tilt", [-0.08, 0.08])
+def test_a_view_aslant_is_no_other_radius(tilt: float) -> None:
+    """Steep strands seen at 5 degrees, and one side's edges rough, so that the other has to tell:
+    its crests are stretched or squeezed, as of a bundle 20 % thinner or thicker, and edges told by
+    their light to 0.2 px were moved by pixels (`wild 643`)."""
+    section, bundles = pair_core(8), []
+    for phase in (0.2, 0.9, 1.6):
+        p = np.zeros(PARAMETERS)
+        p[RHO] = 0.5 * DIAMETER_PX / section.diameter_d
+        p[K], p[PHI], p[TILT] = np.tan(np.deg2rad(54.0)) / (0.5 * DIAMETER_PX), phase, tilt
+        upper, lower = model_edges(p, section, -150.0, 301)
+        rough = 0.5 * np.random.default_rng(3).standard_normal(301)
+        s, sure = np.arange(301.0), np.ones(301)
+        edges = Edges(s, upper, lower + rough, sure, sure)
+        held = tuple(i for i in STRAIGHT if i != EDGE)
+        fit = fit_helix(edges, section, p * (np.arange(PARAMETERS) != TILT), held)
+        bundles.append((edges, BundleFit(fit, 0.0, 300.0, float("nan"))))
+    told = shape_of(bundles, 0.0)
+    assert bundles[0][1].fit.diameter_px == pytest.approx(DIAMETER_PX, abs=0.2)
+    assert abs(told.width_px) < told.sd_px
 
 
 def test_without_a_fit_nothing_is_told() -> None:

@@ -12,7 +12,17 @@ from tsvision.measures.helix import Edges, fit_helix
 from tsvision.measures.line import slope_of
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import plain_shading
-from tsvision.measures.silhouette import FREE_COILED, KC, PHI, PHIC, RC, RHO, K, model_edges
+from tsvision.measures.silhouette import (
+    FREE_COILED,
+    KC,
+    PARAMETERS,
+    PHI,
+    PHIC,
+    RC,
+    RHO,
+    K,
+    model_edges,
+)
 from tsvision.measures.steep import match_steep
 
 RHO_PX = 6.0
@@ -66,7 +76,7 @@ def test_slope_of_a_line_with_gaps() -> None:
 def test_small_errors_along_the_axis_do_not_make_the_right_fit_look_poor() -> None:
     """Each column's edge taken half a pixel further on or back, as a smeared flank shows it."""
     section, count = pair_core(2), 241
-    p = np.zeros(9)
+    p = np.zeros(PARAMETERS)
     p[RHO] = 10.0 / section.diameter_d
     p[K], p[PHI], p[RC], p[KC], p[PHIC] = 0.19, 0.4, 9.0, 2.0 * np.pi / 38.0, 1.0
     upper, lower = model_edges(p, section, -120.0, count)

@@ -111,7 +111,7 @@ def follow(found: BundleFit, edges: Edges, start_px: float, end_px: float) -> Fo
 def _fitted(
     p, places, half, observed, weights, worth, site_radius, site_angle, scale, most, steps
 ):  # pragma: no cover - compiled
-    """Parameters (K, 9), costs (K,) and whether they hold (K,) at places (K,), one behind the
+    """Parameters (K, 10), costs (K,) and whether they hold (K,) at places (K,), one behind the
     other, each fitted from the last that held. Parameters and places count from the middle of the
     edges (2, M)."""
     count = observed.shape[1]
@@ -143,6 +143,7 @@ def _fitted(
             SAMPLING_PX,
             steps,
             unused,
+            0.0,
         )
         found[k] = moved(q, -middle)
         costs[k] = cost / max(total, 1e-9)

@@ -16,6 +16,7 @@ from tsvision.measures.silhouette import (
     PARAMETERS,
     RC,
     RHO,
+    TILT,
     K,
     Section,
     gradient,
@@ -102,7 +103,7 @@ class Edges:
 
 @dataclass(frozen=True)
 class HelixFit:
-    """Result of a fit: `p` (9,) and its covariance (9, 9), rms residual px (counted by `worth`),
+    """Result of a fit: `p` (10,) and its covariance (10, 10), rms residual px (counted by `worth`),
     robust cost; blur_px of the edges fitted; relief: share of the light inside that it explains, 0
     where not looked at."""
 
@@ -192,8 +193,9 @@ def descend(
     free: tuple[int, ...],
     scale_px: float,
     iterations: int,
+    tilt_hold: float = 0.0,
 ) -> tuple[np.ndarray, float]:
-    """A few steps of the fit from `start` (9,): parameters and mean robust cost, nothing else."""
+    """A few steps of the fit from `start` (10,): parameters and mean robust cost, nothing else."""
     p, cost, total = minimise(
         np.asarray(start, dtype=float),
         np.array(free, dtype=np.int64),
@@ -206,6 +208,7 @@ def descend(
         _step(start),
         iterations,
         np.empty((len(free), len(free))),
+        tilt_hold,
     )
     return p, float(cost) / max(float(total), 1e-9)
 
@@ -223,11 +226,13 @@ def fit_helix(
     scale_px: float = 0.5,
     iterations: int = 25,
     near: bool = False,
+    tilt_hold: float = 0.0,
 ) -> HelixFit:
-    """Fit the silhouette to a window of edges, from `start` (9,), over the `free` parameters.
+    """Fit the silhouette to a window of edges, from `start` (10,), over the `free` parameters.
 
     scale_px: residual at which an edge point begins to count less (Geman-McClure). z is counted
-    from the middle. near: whether the start shows the outline roughly already.
+    from the middle. near: whether the start shows the outline roughly already. tilt_hold: px^2 that
+    a tilt of 1 costs, where it is free.
     """
     middle = 0.5 * (edges.s_px[0] + edges.s_px[-1])
     z0 = float(edges.s_px[0] - middle)
@@ -239,7 +244,7 @@ def fit_helix(
     if edges.blur_px > 0.0:
         # By how much blur moves the outline is small, and known as soon as the outline is, roughly.
         if not near:
-            p, _ = descend(edges, section, p, free, scale_px, ROUGHLY)
+            p, _ = descend(edges, section, p, free, scale_px, ROUGHLY, tilt_hold)
         observed = observed - rounded_off(p, section, z0, edges.s_px.size, edges.blur_px)
     p, cost, total = minimise(
         p,
@@ -253,6 +258,7 @@ def fit_helix(
         step,
         iterations,
         normal,
+        tilt_hold,
     )
     rms, points = _rms(
         observed,
@@ -309,7 +315,19 @@ def _inverse(system: np.ndarray) -> np.ndarray:
 
 @numba.njit(cache=True, error_model="numpy")
 def _normal_equations(
-    p, free, site_radius, site_angle, z0, observed, weights, worth, scale, step, normal, right
+    p,
+    free,
+    site_radius,
+    site_angle,
+    z0,
+    observed,
+    weights,
+    worth,
+    scale,
+    step,
+    normal,
+    right,
+    tilt_hold,
 ):  # pragma: no cover - compiled
     """Gauss-Newton system of the free parameters with Tukey-like (Geman-McClure) weights; returns
     cost and weight sum."""
@@ -318,7 +336,7 @@ def _normal_equations(
     at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
     silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_u, at_l, step)
     # One row a parameter: sums over points are quick along rows.
-    grads, residuals, counts = np.empty((9, 2 * count)), np.empty(2 * count), np.empty(2 * count)
+    grads, residuals, counts = np.empty((10, 2 * count)), np.empty(2 * count), np.empty(2 * count)
     cost = 0.0
     total = 0.0
     used = 0
@@ -345,7 +363,10 @@ def _normal_equations(
         right[a] = _sum_of_products(counts, of_a, residuals, used)
         for b in range(a + 1):
             normal[a, b] = normal[b, a] = _sum_of_products(counts, of_a, grads[free[b]], used)
-    return cost, total
+        if free[a] == TILT:
+            right[a] -= tilt_hold * p[TILT]
+            normal[a, a] += tilt_hold
+    return cost + tilt_hold * (p[TILT] / scale) ** 2, total
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -377,6 +398,7 @@ def minimise(
     step,
     iterations,
     normal_out,
+    tilt_hold,
 ):  # pragma: no cover - compiled
     """Levenberg-Marquardt over the free parameters (m,); returns (p, cost, weight sum), and their
     normal equations in normal_out (m, m)."""
@@ -384,7 +406,19 @@ def minimise(
     m = free.size
     normal, right = np.empty((m, m)), np.empty(m)
     cost, total = _normal_equations(
-        p, free, site_radius, site_angle, z0, observed, weights, worth, scale, step, normal, right
+        p,
+        free,
+        site_radius,
+        site_angle,
+        z0,
+        observed,
+        weights,
+        worth,
+        scale,
+        step,
+        normal,
+        right,
+        tilt_hold,
     )
     lam = 1e-3
     for _ in range(iterations):
@@ -415,6 +449,7 @@ def minimise(
                     step,
                     new_normal,
                     new_right,
+                    tilt_hold,
                 )
                 if new_cost < cost:
                     gain = cost - new_cost

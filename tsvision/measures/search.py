@@ -22,6 +22,7 @@ from tsvision.measures.silhouette import (
     FREE_COILED,
     FREE_STRAIGHT,
     KC,
+    PARAMETERS,
     PHI,
     PHIC,
     RC,
@@ -85,7 +86,7 @@ def search_coiled(
     coils: list[np.ndarray],
     scale_px: float,
 ) -> HelixFit | None:
-    """The best coiled helix; `coils` (9,) each hold RC, KC, PHIC, `bands` the rates to each."""
+    """The best coiled helix; `coils` (10,) each hold RC, KC, PHIC, `bands` the rates to each."""
     bases = []
     for coil in coils:
         base = _bases(edges, section, diameter_px)[0]
@@ -95,7 +96,7 @@ def search_coiled(
 
 
 def coils_of(edges: Edges, diameter_px: float) -> list[list[np.ndarray]]:
-    """Radius, rate and phase of coiling, (9,) each, at every rate that the centre line's spectrum
+    """Radius, rate and phase of coiling, (10,) each, at every rate that the centre line's spectrum
     shows; likeliest rate first."""
     centre, w = _centre(edges)
     span = float(edges.s_px[-1] - edges.s_px[0])
@@ -123,7 +124,7 @@ def coils_of(edges: Edges, diameter_px: float) -> list[list[np.ndarray]]:
 
 
 def coil_at(edges: Edges, rate: float) -> np.ndarray:
-    """Radius and phase with which the centre line coils at a known rate, as (9,)."""
+    """Radius and phase with which the centre line coils at a known rate, as (10,)."""
     return _coils_at(edges, np.array([rate]))[0][0]
 
 
@@ -197,7 +198,7 @@ def _bases(edges: Edges, section: Section, diameter_px: float) -> list[np.ndarra
             widths.append(seen)
     bases = []
     for width in widths:
-        p = np.zeros(9)
+        p = np.zeros(PARAMETERS)
         p[RHO], p[Y0], p[SLOPE] = 0.5 * width / section.diameter_d, middle, slope
         bases.append(p)
     return bases
@@ -250,7 +251,7 @@ def _search(
 
 
 def _same(p: np.ndarray, q: np.ndarray, section: Section, half_px: float) -> bool:
-    """Whether two descents (9,) have come to the same strands: phases alike at both ends of a
+    """Whether two descents (10,) have come to the same strands: phases alike at both ends of a
     window half_px to either side, up to what the section repeats by, and width and coil alike."""
     turn = 2.0 * np.pi / section.fold
     ends = (p[PHI] - q[PHI]) + (p[K] - q[K]) * half_px * np.array([-1.0, 1.0])

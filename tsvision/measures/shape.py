@@ -16,7 +16,7 @@ from scipy.stats import t as student_t
 from tsvision.measures.bundle import BundleFit, usable
 from tsvision.measures.helix import Edges, HelixFit, fit_helix
 from tsvision.measures.shading import PLACE_RANGE_PX
-from tsvision.measures.silhouette import COILED, RHO, STRAIGHT
+from tsvision.measures.silhouette import COILED, RHO, STRAIGHT, TILT
 from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR
 
 SHARE = 0.035  # of D: how far strands that are not rigid circles lead astray
@@ -25,6 +25,11 @@ SHARE = 0.035  # of D: how far strands that are not rigid circles lead astray
 ROUNDED = 2.0
 # Edges of neighbouring columns are off together: a fit's own sd counts this many times.
 WIDENED = 3.0
+# Nobody holds a camera quite square to a bundle, and off the picture's middle it looks aslant. Of
+# a helix seen so one edge's crests are stretched and the other's squeezed: either on its own would
+# be that of another radius, by 2 % a hundredth of the tilt for strands that lie as steep as 54 deg.
+TILT_SD = 0.06
+FREED = 3  # times
 CONTRADICTED = 0.023  # chance: two sd of a width whose sd is known
 UNTOLD_PX = 1e3
 BLUNT = 0.5  # of a strand's radius: what is known no better contradicts no light
@@ -76,18 +81,27 @@ def shape_of(fitted: list[tuple[Edges, BundleFit]], blur_px: float) -> Shape:
     if not freed:
         return UNKNOWN
     wider = [fit.diameter_px - free.diameter_px for fit, free in freed]
-    own = [free.diameter_px_sd for _, free in freed]
-    seen, expected = 1.25 * float(np.std(wider)), WIDENED * float(np.median(own))
+    own, aslant = np.median([_sds_px(free) for _, free in freed], axis=0)
+    seen, expected = 1.25 * float(np.std(wider)), WIDENED * float(own)
     scatter = max(seen, expected) / np.sqrt(len(wider))
     width = float(np.median([found.fit.diameter_px for _, found in fitted]))
     strand = 0.5 * width / fitted[0][1].fit.section.diameter_d
     model = np.hypot(SHARE * width, ROUNDED * blur_px**2 / strand)
-    sd_px = float(np.hypot(model, scatter))
+    # One camera looks at all frames as much aslant: that does not average out.
+    sd_px = float(np.sqrt(model**2 + (WIDENED * aslant) ** 2 + scatter**2))
     # Welch-Satterthwaite: what is expected beforehand has no end of degrees of freedom.
     freedom = float((len(wider) - 1) * (sd_px / scatter) ** 4) if seen > expected else np.inf
     told = Shape(float(np.median(wider)), sd_px, freedom)
     # An sd of nan, where no fit came to an end, is no better known either.
     return told if told.sd_px < BLUNT * strand else UNKNOWN
+
+
+def _sds_px(free: HelixFit) -> tuple[float, float]:
+    """sd of a fit's D were the view's tilt known, and what that adds."""
+    per_rho = 2.0 * free.section.diameter_d
+    rho, tilt = free.covariance[RHO, RHO], free.covariance[TILT, TILT]
+    by_tilt = free.covariance[RHO, TILT] ** 2 / tilt if tilt > 0.0 else 0.0
+    return per_rho * float(np.sqrt(max(rho - by_tilt, 0.0))), per_rho * float(np.sqrt(by_tilt))
 
 
 def trust_of(fitted: list[tuple[Edges, BundleFit]]) -> tuple[float, float]:
@@ -123,7 +137,11 @@ def _freed(part: Edges, fit: HelixFit) -> HelixFit:
     """The fit with its width no longer held by both sides."""
     upper, lower = _trust(part, fit)
     smooth = replace(part, trust=(upper**2, lower**2))
-    return fit_helix(smooth, fit.section, fit.p, COILED if fit.coiled else STRAIGHT)
+    free = (*(COILED if fit.coiled else STRAIGHT), TILT)
+    for _ in range(FREED):  # what edges are off by is known when they are no longer held
+        hold = (WIDENED * max(fit.rms_px, 1e-3) / TILT_SD) ** 2
+        fit = fit_helix(smooth, fit.section, fit.p, free, tilt_hold=hold)
+    return fit
 
 
 def _trust(part: Edges, fit: HelixFit) -> tuple[float, float]:

@@ -13,6 +13,8 @@ Parameters, in px and rad, z running along the axis from the middle of the windo
   y0, m  offset and slope of the axis
   rc, kc, phic  radius, rate and phase of the coiling; rc = 0 for a straight bundle
   edge   how far both measured edges lie outside the true ones
+  tilt   tangent of the angle by which the picture sees the bundle from along its axis and not from
+         beside it: what lies in front of the middle line is seen as far along s
 Relative signs of k and kc are taken as equal: the bundle coils in the sense in which it is twisted.
 """
 
@@ -26,8 +28,8 @@ import numpy as np
 
 from tsvision.measures.smoothing import smoothed
 
-RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE = range(9)
-PARAMETERS = 9
+RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE, TILT = range(10)
+PARAMETERS = 10
 STRAIGHT = (RHO, K, PHI, Y0, SLOPE, EDGE)
 COILED = (RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE)
 # What a fit is free in while the edges' own place is known.
@@ -94,13 +96,14 @@ def _point(z, a, p, kappa, q, cp, sp, ct, st):  # pragma: no cover - compiled
     """Projected strand centre (s, y) and its derivative along z; cosines and sines of the strand's
     angle psi and the coil's theta there."""
     if p[5] <= 0.0:
-        return z, -a * cp, 1.0, p[1] * (a * sp)
-    s = z + a * sp * kappa / q
+        return z - p[9] * a * sp, -a * cp, 1.0 - p[9] * a * cp * p[1], p[1] * (a * sp)
+    depth = p[5] * st - a * cp * st - a * sp * ct / q
+    s = z + a * sp * kappa / q + p[9] * depth
     y = p[5] * ct - a * cp * ct + a * sp * st / q
-    y_theta = -p[5] * st + a * cp * st + a * sp * ct / q
     y_psi = a * sp * ct + a * cp * st / q
-    s_psi = a * cp * kappa / q
-    return s, y, 1.0 + p[1] * s_psi, p[6] * y_theta + p[1] * y_psi
+    s_psi = a * cp * kappa / q + p[9] * (a * sp * st - a * cp * ct / q)
+    # Turned about the axis by a right angle, depth becomes height: each is the other's derivative.
+    return s, y, 1.0 + p[1] * s_psi + p[6] * p[9] * y, p[1] * y_psi - p[6] * depth
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -173,12 +176,12 @@ def _draw_outermost(edge, at, x, y, sense, strand, rho, z0, first, step):
 
 @numba.njit(cache=True, error_model="numpy")
 def gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cover - compiled
-    """d edge(x) / d p at contact z on strand i; sense +1 upper, -1 lower. out (9,)."""
+    """d edge(x) / d p at contact z on strand i; sense +1 upper, -1 lower. out (10,)."""
     rho = p[0]
     a = 2.0 * rho * site_radius[i]
     psi = p[1] * z + p[2] + site_angle[i]
     cp, sp = np.cos(psi), np.sin(psi)
-    if p[5] <= 0.0:  # the same with kappa = theta = 0, in half the time
+    if p[5] <= 0.0 and p[9] == 0.0:  # the same with kappa = theta = 0, in half the time
         u = x - z
         root = np.sqrt(max(rho * rho - u * u, 0.04 * rho * rho))
         out[0] = sense * rho / root - 2.0 * site_radius[i] * cp
@@ -190,23 +193,26 @@ def gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cov
         out[6] = z * (a * sp)
         out[7] = a * sp
         out[8] = sense
+        out[9] = -sense * u / root * (a * sp)
         return
     kappa = p[5] * p[6]
     q = np.sqrt(1.0 + kappa * kappa)
-    theta = p[6] * z + p[7]
+    theta = p[6] * z + p[7] if p[5] > 0.0 else 0.0
     ct, st = np.cos(theta), np.sin(theta)
-    s = z + a * sp * kappa / q
+    depth = p[5] * st - a * cp * st - a * sp * ct / q
+    height = p[5] * ct - a * cp * ct + a * sp * st / q
+    s = z + a * sp * kappa / q + p[9] * depth
     u = x - s
     root = np.sqrt(max(rho * rho - u * u, 0.04 * rho * rho))
     g = sense * u / root  # d edge / d s of the centre
-    y_theta = -p[5] * st + a * cp * st + a * sp * ct / q
+    d_theta = -depth + g * p[9] * height
     y_psi = a * sp * ct + a * cp * st / q
-    s_psi = a * cp * kappa / q
+    s_psi = a * cp * kappa / q + p[9] * (a * sp * st - a * cp * ct / q)
     y_a = -cp * ct + sp * st / q
-    s_a = sp * kappa / q
+    s_a = sp * kappa / q - p[9] * (cp * st + sp * ct / q)
     q3 = q * q * q
     y_kappa = -a * sp * st * kappa / q3
-    s_kappa = a * sp / q3
+    s_kappa = a * sp / q3 + p[9] * a * sp * ct * kappa / q3
     out[0] = sense * rho / root + 2.0 * site_radius[i] * (y_a + g * s_a)
     d_psi = y_psi + g * s_psi
     out[1] = z * d_psi
@@ -214,10 +220,11 @@ def gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cov
     out[3] = 1.0
     out[4] = x
     d_kappa = y_kappa + g * s_kappa
-    out[5] = ct + d_kappa * p[6]
-    out[6] = z * y_theta + d_kappa * p[5]
-    out[7] = y_theta
+    out[5] = ct + g * p[9] * st + d_kappa * p[6]
+    out[6] = z * d_theta + d_kappa * p[5]
+    out[7] = d_theta
     out[8] = sense
+    out[9] = g * depth
 
 
 @numba.njit(cache=True)
@@ -232,7 +239,7 @@ def twist(p):  # pragma: no cover - compiled
 
 @numba.njit(cache=True)
 def moved(p, shift):  # pragma: no cover - compiled
-    """Parameters (9,) with z counted from a middle `shift` px further on."""
+    """Parameters (10,) with z counted from a middle `shift` px further on."""
     q = p.copy()
     q[PHI] += p[K] * shift
     q[PHIC] += p[KC] * shift
@@ -241,7 +248,7 @@ def moved(p, shift):  # pragma: no cover - compiled
 
 
 def rescaled(p: np.ndarray, factor: float, shift: float = 0.0) -> np.ndarray:
-    """Parameters (9,) in units of `factor` px; z counted from a middle `shift` px further on."""
+    """Parameters (10,) in units of `factor` px; z counted from a middle `shift` px further on."""
     q: np.ndarray = moved(p, shift)
     q[[RHO, Y0, RC]] /= factor
     q[[K, KC]] *= factor
