@@ -29,5 +29,5 @@ def test_a_plate_across_the_strip_is_not_what_the_core_shows(close_up: Strip) ->
     than their ground: nothing was found of a film of green strings (`wild 523`)."""
     core = core_of([close_up], LUMA, BUNDLE_PX, between=True)
     assert core == pytest.approx(STRINGS - GROUND, abs=0.01)
-    contrast, _ = scaled_contrast(close_up, LUMA, BUNDLE_PX, between=True)
+    contrast, *_ = scaled_contrast(close_up, LUMA, BUNDLE_PX, between=True)
     assert np.median(contrast[HALF_PX, 300:]) == pytest.approx(1.0, abs=0.05)

@@ -112,8 +112,9 @@ def straight_contrast(strip: Strip, signal: Signal, width: float) -> np.ndarray:
 
 def scaled_contrast(
     strip: Strip, signal: Signal, width: float, rough: bool = False, between: bool = False
-) -> tuple[np.ndarray, float]:
-    """`straight_contrast`, and what pure black would have: how far shadows reach.
+) -> tuple[np.ndarray, float, float]:
+    """`straight_contrast`, what pure black would have: how far shadows reach, and the core's own in
+    units of the signal.
 
     rough: the axis may lie beside the core yet; each column's strongest contrast counts. between:
     whether the axis may run between legs most of the way.
@@ -130,6 +131,6 @@ def scaled_contrast(
     level = level if abs(level) > 1e-6 else 1e-6
     ground = strip.values[np.abs(n) > GROUND_FROM * width]
     if ground.size == 0 or np.isnan(ground).all():
-        return values / level, 0.0
+        return values / level, 0.0, level
     plain = np.nanmedian(ground.reshape(ground.shape[0] * ground.shape[1], -1), axis=0)
-    return values / level, float(raw_of_black(plain, signal) / level)
+    return values / level, float(raw_of_black(plain, signal) / level), level

@@ -16,6 +16,8 @@ from tsvision.images.strip import Strip
 
 DEEPEST_CHROMA = 0.25  # contrast to which blocks of compressed colour reach beside strands
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
+# Of the core's contrast in most strips: less is the ground's, between legs of hardly a turn.
+SHOWN, MOST = 0.5, 75.0
 
 
 def mask_level(contrast: np.ndarray, inner_px: float) -> float:
@@ -64,17 +66,20 @@ def masks_of(
     """Masks of the strings in some strips, and what shadow could be in them. between: whether the
     axis may run between legs most of the way."""
     scaled = [scaled_contrast(s, signal, width, rough, between) for s in strips]
-    least = [mask_level(c, GROUND_FROM * width) for c, _ in scaled]
+    least = [mask_level(c, GROUND_FROM * width) for c, _, _ in scaled]
+    levels = np.abs([level for _, _, level in scaled])
+    shown = levels >= SHOWN * np.percentile(levels, MOST)
     # Strands of several colours stand out by several amounts: only what is soft far down may go.
     deepest = (DEEPEST_CHROMA if signal.by_distance else DEEPEST) / (ROUGH if rough else 1.0)
     shadows = [
         find_shadow(c, GROUND_FROM * width, low, deepest)
         if signal.in_colour or black > DARKENS
         else NO_SHADOW
-        for (c, black), low in zip(scaled, least, strict=True)
+        for (c, black, _), low, shows in zip(scaled, least, shown, strict=True)
+        if shows
     ]
     shadow = Shadow(*(float(v) for v in np.median([astuple(s) for s in shadows], axis=0)))
     return [
         string_mask(c, 0.2 * width, max(low, shadow.level))
-        for (c, _), low in zip(scaled, least, strict=True)
+        for (c, _, _), low in zip(scaled, least, strict=True)
     ], shadow
