@@ -25,7 +25,7 @@ from tsvision.images.strip import straight_axis
 from tsvision.measures import legs
 from tsvision.measures.budgets import connector_px
 from tsvision.measures.cut import Cut, cut_frame
-from tsvision.measures.ends import Ends, _ends_of_motion, _pair, find_ends
+from tsvision.measures.ends import Ends, _ends_of_motion, _pair, _still_outline, find_ends
 from tsvision.measures.legs import Face, apex_from_legs, face_from_legs
 from tsvision.measures.looks import Looks, learn_looks
 from tsvision.measures.recording import sample_pictures
@@ -115,6 +115,22 @@ def test_burnt_out_metal_is_no_clearer_an_end_than_a_glittering_spigot() -> None
     assert any(abs(s - body) < 4 for s in found)
     plate, connector = _pair([20.0], found, 988.0, NAN)
     assert plate == 20.0 and connector == pytest.approx(spigot, abs=4)
+
+
+def test_a_spigot_that_glitters_as_strings_move_stands_still_in_outline() -> None:
+    """Polished metal mirrors the strings: motion went on to the body behind it, and the spigot was
+    a knot in every frame (`wild 653`). A coil as wide is elsewhere in the next frame."""
+    s_px, spigot = np.arange(900.0), 700
+    cuts = []
+    for phase in np.linspace(0.0, 2.0, 5):
+        half = 9.0 + np.round(3.0 * np.sin(0.2 * s_px + phase))
+        swing = np.round(8.0 * np.sin(0.05 * s_px + 2.0 * phase)) * (s_px > 300) * (s_px < 600)
+        half[spigot:] = 22.0
+        outline = SimpleNamespace(low=swing - half, high=swing + half)
+        cuts.append(SimpleNamespace(s_px=s_px, silhouette=outline))
+    assert _still_outline(cuts, 20.0, 450.0) == spigot
+    assert np.isnan(_still_outline(cuts, 32.0, 450.0))  # no wider than the bundle may be
+    assert np.isnan(_still_outline(cuts[:1], 20.0, 450.0))
 
 
 def test_what_lies_close_behind_the_apex_is_no_connector() -> None:

@@ -34,6 +34,9 @@ LIVE = (
 TOO_NEAR = 0.6  # of L: nearer to the plate nothing can be the connector
 CLEAREST = 10.0  # times less motion: more tells no more, and before burnt-out metal there is none
 CLEAR = 0.8  # of the clearest end of motion: others that may be the connector's face
+# An outline that differs less from frame to frame, px and widths, and is so many widths wide, for
+# half of one at least, is hardware's.
+STILL_PX, STILL_SHARE, WIDER, LONG = 1.0, 0.04, 1.5, 0.5
 LAG = 3  # px on either side of a step
 STRONG = 0.35  # of the strongest step beside the axis
 LEAST_STEP = 0.03  # square root of linear light
@@ -78,6 +81,9 @@ def find_ends(
         connectors = _ends_of_motion(strips, middle, width)
     else:
         connectors = {}
+    stands = _still_outline(cuts, sight.width_px, middle / factor)
+    if np.isfinite(stands):
+        connectors.setdefault(stands * factor, CLEAREST)
     if np.isfinite(sight.connector_px):
         connectors.setdefault(sight.connector_px * factor, 1.0)
     plate, connector = _pair(plates, connectors, zone, _nearest_apex(cuts) * factor)
@@ -157,6 +163,27 @@ def _ends_of_motion(strips: np.ndarray, middle: float, width: float) -> dict[flo
             if last < view[-1] - 0.8 * width:
                 found[float(last)] = max(_fall(on_axis, last, width), found.get(float(last), 0.0))
     return found
+
+
+def _still_outline(cuts: list[Cut], width: float, middle: float) -> float:
+    """s beyond `middle` where an outline begins that is the same in all frames and wider than the
+    bundle: a polished spigot mirrors the strings and glitters as much as they move, but its outline
+    stands still. NaN where none does."""
+    if len(cuts) < FEWEST:
+        return NAN
+    columns = min(cut.s_px.size for cut in cuts)
+    high, low = (
+        np.array([getattr(cut.silhouette, side)[:columns] for cut in cuts])
+        for side in ("high", "low")
+    )
+    limit = max(STILL_PX, STILL_SHARE * width)
+    with np.errstate(invalid="ignore"):
+        still = (np.ptp(high, axis=0) <= 2.0 * limit) & (np.ptp(low, axis=0) <= 2.0 * limit)
+        still &= (high - low).mean(axis=0) + 1.0 > WIDER * width
+    still &= cuts[0].s_px[:columns] > middle
+    long = max(int(LONG * width), 3)
+    begins = np.flatnonzero(np.convolve(still, np.ones(long), "valid") == long)
+    return float(cuts[0].s_px[begins[0]]) if begins.size else NAN
 
 
 def _last_live(live: np.ndarray, start: int, gap: float) -> int:
