@@ -42,6 +42,9 @@ SLOPE_SD_PX = 1.5  # over which the slope of a rough edge is told
 STEPS_APART = 3  # columns: of the neighbours whose differences tell the noise
 LOST = 0.5  # of the core's contrast in other frames, below which it is the ground's between legs
 LEAST_LIGHT = 0.02  # of full light: what the ground's is taken for at least
+FULL = 0.985  # of the highest code, for coding adds to it: there the sensor is full
+BURNT_COLUMNS, BURNT_ROWS = 64, np.linspace(-0.3, 0.3, 5)  # looked at; across, in widths
+BURNT_OUT = 0.2  # of a bundle's core, from which on its edges are those of a burnt-out one
 GROUND_STEP = 8  # columns apart that tell the ground's light
 BLACK_STEP = 8  # columns apart that are asked what strands without light would show
 # Of the typical depth: what matches with less is a fibre. Told of fainter ones is up to 0.15 more
@@ -57,7 +60,8 @@ class Cut:
     borders of strands in the bundle's own shadow, NaN where none lie beyond the lit ones;
     in_colour: contrast is one of hue, not of luma; sampled (R, K) or (R, K, 3): what was
     straightened, linear, in every BLACK_STEP-th column; sight: that it was straightened by;
-    core_share: contrast on the axis, of the ground's light there; colours (R, M, 3): linear light
+    core_share: contrast on the axis, of the ground's light there; saturated: share of the bundle's
+    core where the sensor is full; colours (R, M, 3): linear light
     of strands of several colours, else None."""
 
     contrast: np.ndarray
@@ -128,8 +132,6 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     dim = (none, none)
     if sight.some_dim and sight.sense > 0 and not sight.signal.by_distance:
         dim = dim_edges(contrast, silhouette, sight.width_px, strand_px)
-    sampled = pixels[::8, ::4]
-    saturated = np.count_nonzero(sampled == np.iinfo(pixels.dtype).max) / max(sampled.size, 1)
     return Cut(
         contrast,
         light,
@@ -139,7 +141,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         level,
         mask,
         abs(ground_noise / level),
-        saturated,
+        _saturated(pixels, sight, strip.s_px[silhouette.bundle]),
         dim,
         sight.signal.in_colour,
         strip.values[:, ::BLACK_STEP].copy(),
@@ -147,6 +149,21 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         share,
         strip.values if sight.signal.by_distance and strip.values.ndim == 3 else None,
     )
+
+
+def _saturated(pixels: np.ndarray, sight: Sight, s_px: np.ndarray) -> float:
+    """Share of what lies about the axis at s_px (K,) where the sensor is full, in a channel or
+    all."""
+    s = s_px[:: max(1, s_px.size // BURNT_COLUMNS), None]
+    t = sight.axis.tangent(s)
+    off = sight.width_px * BURNT_ROWS[None, :, None] * np.stack([-t[..., 1], t[..., 0]], axis=-1)
+    x, y = np.moveaxis(np.rint(sight.axis.at(s) + off).astype(int), -1, 0)
+    seen = (x >= 0) & (y >= 0) & (x < pixels.shape[1]) & (y < pixels.shape[0])
+    there = pixels[y[seen], x[seen]]
+    if not there.size:
+        return 0.0
+    full = there >= FULL * np.iinfo(pixels.dtype).max
+    return float(np.mean(full if full.ndim == 1 else full.any(axis=1)))
 
 
 @numba.njit(cache=True)

@@ -15,7 +15,7 @@ from tsvision.measures.along import scale_along, scale_is_local
 from tsvision.measures.blur import shading_of
 from tsvision.measures.budgets import add_budgets, connector_px
 from tsvision.measures.bundle import BundleFit, is_aslant
-from tsvision.measures.cut import Cut, cut_frame, find_edges
+from tsvision.measures.cut import BURNT_OUT, Cut, cut_frame, find_edges
 from tsvision.measures.doubts import (
     clipped,
     edges_poor,
@@ -68,7 +68,7 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
     if cut is None or cut.silhouette.bundle.sum() < 1.5 * looks.diameter_px:
         few = np.isfinite(turns) and abs(turns) < 3
         return _failed(row, Flag.TOO_FEW_TURNS if few else Flag.NO_BUNDLE), warm
-    if cut.saturated > 0.02:
+    if cut.saturated > BURNT_OUT:
         flags |= Flag.OVEREXPOSED
     if cut.silhouette.cut.any():
         flags |= Flag.FIBRES

@@ -14,15 +14,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsvision.images.sight import Sight, by_brightness
-from tsvision.measures.cut import LOST, Cut, cut_frame, learn_shading
+from tsvision.measures.cut import BURNT_OUT, LOST, Cut, cut_frame, learn_shading
 from tsvision.measures.rounds import EdgeLook
 from tsvision.measures.settle import settle
-from tsvision.measures.shading import Shading, plain_shading
+from tsvision.measures.shading import plain_shading
 from tsvision.measures.silhouette import Section
 from tsvision.measures.uncertainty import light_sd_px
 from tsvision.measures.witness import Witness, heard
 
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
+# Of the blur: an edge of burnt-out strings. How bright they are beyond what the sensor holds, and
+# how far out their blur therefore seems to end, nobody knows.
+BURNT_PLACE_SD = 0.35
 # Of a width by brightness that is not left to it alone, besides what light leaves open: parts of
 # coloured limbs are as bright as their ground (74 films of coloured strings).
 BRIGHT_SD_PX = 0.3
@@ -48,6 +51,11 @@ class Learnt:
     @property
     def cuts(self) -> list[Cut]:
         return [cut for _, cut in self.pairs]
+
+    @property
+    def saturated(self) -> float:
+        """Share of the bundle's core where the sensor is full, typical of the frames."""
+        return float(np.median([cut.saturated for cut in self.cuts]))
 
 
 def cut_all(pictures: list[np.ndarray], sight: Sight, strand_px: float, half_px: int) -> Pairs:
@@ -80,14 +88,16 @@ def learn_edges(pairs: Pairs, sight: Sight, section: Section) -> Learnt:
     shading = learn_shading(cuts, rho_px) or (plain_shading(rho_px), plain_shading(rho_px))
     edge = settle(cuts, section, EdgeLook(shading, sight.width_px))
     if sight.signal.in_colour:
-        upper, lower = map(_less_sure, edge.shading)
         # Half the resolution and its blocks outdo what frames differ by.
-        edge = replace(edge, shading=(upper, lower))
+        edge = _less_sure(edge, COLOUR_PLACE_SD_PX)
     return Learnt(sight, pairs, edge)
 
 
-def _less_sure(shade: Shading) -> Shading:
-    return replace(shade, place_sd_px=float(np.hypot(shade.place_sd_px, COLOUR_PLACE_SD_PX)))
+def _less_sure(edge: EdgeLook, by_px: float) -> EdgeLook:
+    upper, lower = (
+        replace(s, place_sd_px=float(np.hypot(s.place_sd_px, by_px))) for s in edge.shading
+    )
+    return replace(edge, shading=(upper, lower))
 
 
 def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
@@ -104,6 +114,14 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     if _tells_more(other.edge, learnt.edge):
         return other
     return replace(learnt, edge=_joined(learnt.edge, other.edge))
+
+
+def as_sure_as_exposed(learnt: Learnt) -> Learnt:
+    """The same, less sure of where edges lie that are a burnt-out bundle's."""
+    if learnt.saturated < BURNT_OUT:
+        return learnt
+    by_px = BURNT_PLACE_SD * learnt.saturated * learnt.edge.shading[0].blur_px
+    return replace(learnt, edge=_less_sure(learnt.edge, by_px))
 
 
 def _joined(colour: EdgeLook, bright: EdgeLook) -> EdgeLook:

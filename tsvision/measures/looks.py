@@ -13,11 +13,19 @@ import numpy as np
 
 from tsvision.images.sight import Sight, Told, find_sights
 from tsvision.measures.count import count_strands
-from tsvision.measures.cut import Cut, find_edges
+from tsvision.measures.cut import BURNT_OUT, Cut, find_edges
 from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.gap import Gap
 from tsvision.measures.handedness import slope_between
-from tsvision.measures.learnt import Learnt, Pairs, cut_alike, cut_all, learn_edges, surest
+from tsvision.measures.learnt import (
+    Learnt,
+    Pairs,
+    as_sure_as_exposed,
+    cut_alike,
+    cut_all,
+    learn_edges,
+    surest,
+)
 from tsvision.measures.leg_gauge import gauge_from_legs
 from tsvision.measures.legs import Face
 from tsvision.measures.section import pair_core
@@ -119,10 +127,13 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     count, sure = (given, 1.0) if given is not None else _counted(cuts, sight, rig, scale)
     section = pair_core(count)
     learnt = surest(learn_edges(pairs, sight, section), section, half)
+    learnt = as_sure_as_exposed(learnt)
     edge, cuts = learnt.edge, learnt.cuts
     start = find_start(learnt, ends, rig, scale)
     shading, diameter = edge.shading, edge.diameter_px
-    if count == 2 and start.known and light_sd_px(shading) > UNTOLD_PX:
+    burnt = learnt.saturated > BURNT_OUT and not learnt.sight.signal.in_colour
+    untold = burnt or light_sd_px(shading) > UNTOLD_PX
+    if count == 2 and start.known and untold:
         shading, wider = _by_legs(learnt, start, ends, rig, scale)
         diameter += wider
     return Looks(
