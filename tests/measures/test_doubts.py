@@ -165,6 +165,9 @@ def test_a_coil_whose_turns_disagree_is_less_sure_of_its_pitch() -> None:
     p[RC] = 0.0
     straight = replace(coil, fit=replace(coil.fit, p=p))
     assert less_sure_of_pitch(row, straight) == row
+    # Half a pitch in view: one 7 times too long was stated to half of itself (`wild 687`).
+    brief = replace(straight, s_high_px=0.5 * straight.fit.pitch_px)
+    assert less_sure_of_pitch(row, brief).pitch_px_sd > 10.0
     assert less_sure_of_pitch(row, None) == row
 
 

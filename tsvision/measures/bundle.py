@@ -32,6 +32,7 @@ POOR_FRAMES = 5  # for which a poor fit is carried on before all is searched aga
 COIL_PAYS = 0.85  # share of a straight fit's cost that a coiled one must stay below, ...
 ASLANT = 0.12  # slope against the axis of what is a leg, or a coil longer than the stretch
 COIL_LOBES = 2.0  # of its strands, that a coil shows at least
+WHOLE_PITCH = 0.9  # that a stretch has to show
 IN_STEP_PAYS = 0.4  # ... and where its coils go with the strands' lobes
 # Slope of an outline that coils at which an edge counts half. Small errors along s are large ones
 # along n there; and on the flanks strands face other ways than on the crests, into light and shade
@@ -60,6 +61,11 @@ class BundleFit:
     def lobes_seen(self) -> float:
         """Lobes of the strands that either edge shows in the stretch."""
         return (self.s_high_px - self.s_low_px) / self.fit.pitch_px * self.fit.section.lobes
+
+    @property
+    def shows_few_lobes(self) -> bool:
+        """Whether the stretch is too short for pitch and width to be told well apart."""
+        return (self.s_high_px - self.s_low_px) < WHOLE_PITCH * self.fit.pitch_px
 
 
 def usable(edges: Edges) -> bool:

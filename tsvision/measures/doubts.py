@@ -62,24 +62,31 @@ def turns_disagree(row: FrameRow, near: BundleFit | None) -> bool:
 def less_sure_of_pitch(row: FrameRow, near: BundleFit | None) -> FrameRow:
     """The row of a coil whose turns disagree with the motor's, less sure of its pitch, and of what
     follows from that, by as much: the outline of a coil repeats itself, and strands that turn more
-    or less about it show nearly the same. Those of a straight bundle that fits do not."""
-    if near is None or not near.fit.coiled:
+    or less about it show nearly the same. Those of a straight bundle that fits do not, but where a
+    stretch shows few of their lobes."""
+    if near is None or not (near.fit.coiled or near.shows_few_lobes):
         return row
-    off = abs(row.turn_budget_error / row.turns) if row.turns else float("nan")
-    if (
-        not np.isfinite(off) and near.expected_rate > 0.0
-    ):  # an end is out of view, and the budget open
-        off = abs(float(near.fit.p[K] + near.fit.p[KC]) / near.expected_rate - 1.0)
-    if not np.isfinite(off):
+    counted = abs(row.turn_budget_error / row.turns) if row.turns else float("nan")
+    led = float(near.fit.p[K] + near.fit.p[KC]) / (near.expected_rate or float("nan"))
+    known = [off for off in (counted, abs(led - 1.0)) if np.isfinite(off)]
+    if not known:
         return row
-    beta, lay = row.helix_angle_rad, row.lay_angle_rad
+    off = max(known)
     return replace(
         row,
         pitch_px_sd=float(np.hypot(row.pitch_px_sd, off * row.pitch_px)),
         pitch_mm_sd=float(np.hypot(row.pitch_mm_sd, off * row.pitch_mm)),
-        helix_angle_rad_sd=float(np.hypot(row.helix_angle_rad_sd, 0.5 * np.sin(2 * beta) * off)),
-        lay_angle_rad_sd=float(np.hypot(row.lay_angle_rad_sd, 0.5 * np.sin(2 * lay) * off)),
+        helix_angle_rad_sd=_angle_sd(row.helix_angle_rad, row.helix_angle_rad_sd, off, led),
+        lay_angle_rad_sd=_angle_sd(row.lay_angle_rad, row.lay_angle_rad_sd, off, led),
     )
+
+
+def _angle_sd(angle: float, sd: float, off: float, led: float) -> float:
+    """Of an angle whose pitch may be off by such a share, or `led` times the motor's in rate: by as
+    far as it would then be another, for of long pitches that is far more than to first order."""
+    first = 0.5 * np.sin(2.0 * angle) * off
+    other = abs(np.arctan(np.tan(angle) / led) - angle) if np.isfinite(led) else 0.0
+    return float(np.hypot(sd, max(first, other)))
 
 
 def knots_unsure(knots: tuple[KnotSighting, ...]) -> bool:

@@ -220,7 +220,7 @@ def _bundle_values(
     local = (scale_along(looks) / scale - 1.0) / np.sqrt(3.0)
     p_mm_sd = float(np.hypot(p_sd * scale, pitch * scale * np.hypot(relative_scale, local)))
     beta_sd = angle_sd(d, d_sd, pitch, p_sd)
-    if (near.s_high_px - near.s_low_px) < 0.9 * pitch:
+    if near.shows_few_lobes:
         flags |= Flag.FEW_LOBES
     values = {
         "diameter_px": d,
