@@ -151,7 +151,9 @@ def test_a_coil_whose_turns_disagree_is_less_sure_of_its_pitch() -> None:
     p = np.zeros(PARAMETERS)
     p[[RHO, K, RC, KC]] = 7.0, 0.1, 5.0, 0.07
     coil = BundleFit(
-        HelixFit(p, np.zeros((9, 9)), 0.1, 0.1, 100, pair_core(2), (0.0, 100.0)), 0.0, 100.0
+        HelixFit(p, np.zeros((PARAMETERS, PARAMETERS)), 0.1, 0.1, 100, pair_core(2), (0.0, 100.0)),
+        0.0,
+        100.0,
     )
     less = less_sure_of_pitch(row, coil)
     assert less.pitch_px_sd == pytest.approx(np.hypot(1.0, 0.3 * 50.0))

@@ -30,10 +30,10 @@ SWINGS_ON = 1.15  # by what factor it must grow for a coil to be sought again wh
 LED_ON = 1.1  # times the cost of the frame before that a straight fit led on by the motor may have
 POOR_FRAMES = 5  # for which a poor fit is carried on before all is searched again
 COIL_PAYS = 0.85  # share of a straight fit's cost that a coiled one must stay below, ...
+IN_STEP_PAYS = 0.4  # ... and where its coils go with the strands' lobes
 ASLANT = 0.12  # slope against the axis of what is a leg, or a coil longer than the stretch
 COIL_LOBES = 2.0  # of its strands, that a coil shows at least
 WHOLE_PITCH = 0.9  # that a stretch has to show
-IN_STEP_PAYS = 0.4  # ... and where its coils go with the strands' lobes
 # Slope of an outline that coils at which an edge counts half. Small errors along s are large ones
 # along n there; and on the flanks strands face other ways than on the crests, into light and shade
 # that the mean edge of straight bundles does not show.

@@ -336,7 +336,11 @@ def _normal_equations(
     at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
     silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_u, at_l, step)
     # One row a parameter: sums over points are quick along rows.
-    grads, residuals, counts = np.empty((10, 2 * count)), np.empty(2 * count), np.empty(2 * count)
+    grads, residuals, counts = (
+        np.empty((PARAMETERS, 2 * count)),
+        np.empty(2 * count),
+        np.empty(2 * count),
+    )
     cost = 0.0
     total = 0.0
     used = 0

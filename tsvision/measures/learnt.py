@@ -16,7 +16,7 @@ import numpy as np
 from tsvision.images.sight import Sight, by_brightness
 from tsvision.measures.cut import BURNT_OUT, LOST, Cut, cut_frame, learn_shading
 from tsvision.measures.rounds import EdgeLook
-from tsvision.measures.settle import settle
+from tsvision.measures.settle import less_sure, settle
 from tsvision.measures.shading import plain_shading
 from tsvision.measures.silhouette import Section
 from tsvision.measures.uncertainty import light_sd_px
@@ -89,15 +89,8 @@ def learn_edges(pairs: Pairs, sight: Sight, section: Section) -> Learnt:
     edge = settle(cuts, section, EdgeLook(shading, sight.width_px))
     if sight.signal.in_colour:
         # Half the resolution and its blocks outdo what frames differ by.
-        edge = _less_sure(edge, COLOUR_PLACE_SD_PX)
+        edge = less_sure(edge, COLOUR_PLACE_SD_PX)
     return Learnt(sight, pairs, edge)
-
-
-def _less_sure(edge: EdgeLook, by_px: float) -> EdgeLook:
-    upper, lower = (
-        replace(s, place_sd_px=float(np.hypot(s.place_sd_px, by_px))) for s in edge.shading
-    )
-    return replace(edge, shading=(upper, lower))
 
 
 def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
@@ -121,7 +114,7 @@ def as_sure_as_exposed(learnt: Learnt) -> Learnt:
     if learnt.saturated < BURNT_OUT:
         return learnt
     by_px = BURNT_PLACE_SD * learnt.saturated * learnt.edge.shading[0].blur_px
-    return replace(learnt, edge=_less_sure(learnt.edge, by_px))
+    return replace(learnt, edge=less_sure(learnt.edge, by_px))
 
 
 def _joined(colour: EdgeLook, bright: EdgeLook) -> EdgeLook:

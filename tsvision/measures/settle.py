@@ -22,7 +22,7 @@ SHIFTS, FURTHEST_SHIFT = 4, 0.6  # times that edges are sent elsewhere, and how 
 def settle(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
     """The look of the edges in some frames, from what a first glance took them for."""
     look = _settled(cuts, section, first)
-    return _less_sure(look, place_sd_px(look.hidden_px))
+    return less_sure(look, place_sd_px(look.hidden_px))
 
 
 def _settled(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
@@ -64,7 +64,7 @@ def _unstrained(looks: list[EdgeLook]) -> EdgeLook:
         steady=look.steady,
         hidden_px=look.hidden_px,
     )
-    return _less_sure(found, found.moved_px)
+    return less_sure(found, found.moved_px)
 
 
 def _as_sure(shading: tuple[Shading, Shading], sd_px: float) -> tuple[Shading, Shading]:
@@ -74,7 +74,8 @@ def _as_sure(shading: tuple[Shading, Shading], sd_px: float) -> tuple[Shading, S
     return upper, lower
 
 
-def _less_sure(look: EdgeLook, by_px: float) -> EdgeLook:
+def less_sure(look: EdgeLook, by_px: float) -> EdgeLook:
+    """The same, with so much more of an sd of either edge's place."""
     upper, lower = (
         replace(s, place_sd_px=float(np.hypot(s.place_sd_px, by_px))) for s in look.shading
     )
@@ -114,4 +115,4 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
             break
         shading = (moved, look.shading[1]) if side == 0 else (look.shading[0], moved)
         look = replace(look, shading=shading, diameter_px=width_px)
-    return _less_sure(look, place_sd_px(float(np.hypot(off_px, look.apart_px))))
+    return less_sure(look, place_sd_px(float(np.hypot(off_px, look.apart_px))))
