@@ -7,7 +7,13 @@ import pytest
 
 from tsvision.images.signal import Way
 from tsvision.images.strip import Strip
-from tsvision.images.telling import are_both_ways, distance_for, find_signal, many_coloured
+from tsvision.images.telling import (
+    are_both_ways,
+    black_among,
+    distance_for,
+    find_signal,
+    many_coloured,
+)
 
 Colour = tuple[float, float, float]
 BLUE, YELLOW = (0.45, 0.25, 0.10), (0.12, 0.40, 0.42)
@@ -123,3 +129,41 @@ def test_a_plate_across_the_view_is_not_what_stands_out_on_the_axis() -> None:
     strip = Strip(values.astype(np.float32), 0.0, 40)
     signal, _ = find_signal([strip], 8.0, between=True)
     assert signal.way is Way.LUMA
+
+
+ORANGE, BLACK, BROWN = (0.02, 0.19, 0.5), (0.012, 0.012, 0.012), (0.06, 0.08, 0.1)
+
+
+def wound(colours: tuple[Colour, ...], noise: float, grey: bool = False) -> Strip:
+    """Strands of these colours in turns about the axis, before brown; in colour, unevenly lit."""
+    random = np.random.default_rng(8)
+    light = 1.0 + (0.1 if grey else 0.4) * np.sin(np.arange(480) / 40.0)[None, :, None]
+    values = light * np.array(BROWN) * np.ones((181, 480, 3))
+    which = np.arange(480) // 20 % len(colours)
+    values[74:107] = np.array(colours)[which] * np.ones((33, 480, 3))
+    if grey:
+        values = values.mean(axis=2)
+    values += random.normal(0.0, noise, values.shape)
+    return Strip(values.astype(np.float32), 0.0, 90)
+
+
+def test_black_has_no_hue_and_is_a_colour_all_the_same() -> None:
+    """Black and orange before brown, noisy: black lies no further off the ground's light than that
+    from its own, and nothing was told of a bundle that anyone sees (`--wild 672`)."""
+    ground = seen(BROWN, 1500, 0.6)
+    both = np.concatenate([seen(ORANGE, 50, 0.5), seen(BLACK, 30, 0.5)])
+    assert black_among([both] * 5 + [seen(BROWN, 80, 0.6)] * 5, ground)
+    assert not black_among([seen(ORANGE, 80, 0.5)] * 10, ground)
+    assert not black_among([seen(BLACK, 80, 0.5)] * 10, ground)
+    # Before a ground as dark what is dark is ground.
+    assert not black_among([both] * 10, seen(BLACK, 1500, 0.6))
+
+
+def test_noise_hides_no_strands() -> None:
+    """And a distance, which noise lengthens, is taken of light that is averaged, if need be."""
+    for noise, side in ((0.002, 1), (0.025, 3)):
+        signal, _ = find_signal([wound((ORANGE, BLACK), noise)], 16.5)
+        assert (signal.way, signal.averaged_px) == (Way.DISTANCE, side)
+    bright: Colour = (0.2, 0.2, 0.2)
+    assert find_signal([wound((bright, BLACK), 0.03, grey=True)], 16.5)[0].way is Way.DISTANCE
+    assert find_signal([wound((bright,), 0.03, grey=True)], 16.5)[0].way is Way.LUMA

@@ -7,7 +7,7 @@ import numpy as np
 from tsvision.images.ground import above_ground, nan_median
 from tsvision.images.linear import project
 from tsvision.images.signal import Signal, Way
-from tsvision.images.strip import Strip
+from tsvision.images.strip import Strip, averaged
 from tsvision.images.telling import of_bundle
 
 DIM = 0.4  # of the core's light: a limb's
@@ -24,6 +24,7 @@ def raw_contrast(values: np.ndarray, signal: Signal, inner_px: float) -> np.ndar
     """
     if not signal.by_distance:
         return above_ground(project(values, signal.weights), inner_px)
+    values = averaged(values, signal.averaged_px)
     if values.ndim == 2:
         return np.abs(above_ground(values, inner_px))
     squares = np.zeros(values.shape[:2], np.float32)

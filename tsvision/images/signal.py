@@ -25,10 +25,13 @@ class Signal:
 
     weights (3,), blue, green, red: LUMA and HUE sum the channels by them. A DISTANCE takes them for
     how bright a pixel is; one ACROSS does not count what lies along them, the ground's direction.
+    averaged_px: side of the squares over which light is averaged before a distance is taken: noise
+    makes that longer, never shorter.
     """
 
     way: Way
     weights: np.ndarray
+    averaged_px: int = 1
 
     @property
     def in_colour(self) -> bool:

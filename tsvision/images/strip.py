@@ -126,3 +126,9 @@ def cut_strip(
         borderValue=(np.nan,) * 4,
     )
     return Strip(values, s0, half_px)
+
+
+def averaged(values: np.ndarray, side: int) -> np.ndarray:
+    """Values (R, M) or (R, M, C), each the mean of a square of this side, px, about it; NaN where
+    any there is."""
+    return values if side < 2 else np.asarray(cv2.blur(values, (side, side)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,9 +11,13 @@ from tsvision.images.cloud import central_cloud
 from tsvision.images.ground import nan_median
 from tsvision.images.linear import LUMA_BGR, best_weights, project, shadeless_weights
 from tsvision.images.signal import DISTANCE, LUMA, Signal, Way, summed
-from tsvision.images.strip import Strip
+from tsvision.images.strip import Strip, averaged
 
 FEWEST = 10  # samples
+CALM = 6.0  # a half core in sides of the squares over which noise is averaged
+# Difference of neighbours on the ground, of what strings differ from it by, from which pictures are
+# noisy (1.4 times the noise of a pixel), and every which row of it is asked.
+NOISY, NEIGHBOURS = 0.14, 3
 SAMPLES = 1500  # of a strip, on the axis and beside it
 ROWS = 24  # beside it, of which the ground's colour is asked for
 CORE, GROUND = 0.5, 3.0  # half cores from the axis within and beyond which they lie
@@ -27,6 +32,8 @@ OFTEN = 0.3  # share of the windows of the axis that show several, where strings
 FAR = 3.0  # spreads of the ground's colour beyond which a sample's hue is asked for
 LIT = 0.06  # of full light, in all channels: what is darker shows no hue
 OF_WINDOW = 0.3  # share of a window's samples that have to show theirs
+
+BLACK = 0.1  # share of a window's samples that have to be too dark to have one
 
 # Per cent of the samples on strands of several colours that may lie where two of them meet: there
 # yellow and blue make grey, and more so in the blur of thin strands.
@@ -53,15 +60,29 @@ def find_signal(
     Strands of several colours differ from the ground in ways that no one weighted sum shows: their
     distance from its colour does. between: whether the axis may run between legs most of the way.
     """
+    calm = [_calmed(strip, half_core) for strip in strips]
+    signal, separation = _told(strips, calm, half_core, between)
+    if signal.by_distance and _is_noisy(strips, calm, half_core):
+        signal = replace(signal, averaged_px=_side_px(half_core))
+    return signal, separation
+
+
+def _told(
+    strips: list[Strip], calm: list[Strip], half_core: float, between: bool
+) -> tuple[Signal, float]:
+    """`find_signal`, however noisy the pictures are. calm: the strips without their noise."""
     if strips[0].values.ndim == 2:
-        return DISTANCE if are_both_ways(strips, half_core) else LUMA, float("nan")
+        return DISTANCE if are_both_ways(calm, half_core) else LUMA, float("nan")
     inner, outer = _samples(strips, half_core, between)
     if min(len(inner), len(outer)) < FEWEST:
         return LUMA, float("nan")
     weights, separation = best_weights(central_cloud(inner), central_cloud(outer))
+    _, calm_outer = _samples(calm, half_core, between)
+    if len(calm_outer) >= FEWEST and black_among(_windows(calm, half_core), calm_outer):
+        return DISTANCE, separation
     if many_coloured(_windows(strips, half_core), outer):
         return distance_for(inner, outer), separation
-    return DISTANCE if are_both_ways(strips, half_core) else summed(weights), separation
+    return DISTANCE if are_both_ways(calm, half_core) else summed(weights), separation
 
 
 def find_hue(strips: list[Strip], half_core: float, between: bool = False) -> tuple[Signal, float]:
@@ -91,6 +112,36 @@ def _samples(strips: list[Strip], half_core: float, between: bool) -> tuple[np.n
         ground.append(_some(beside.reshape(-1, 3)))
     inner, outer = np.concatenate(core), np.concatenate(ground)
     return inner[~np.isnan(inner).any(1)], outer[~np.isnan(outer).any(1)]
+
+
+def _side_px(half_core: float) -> int:
+    """Side of squares much smaller than strands."""
+    return max(round(half_core / CALM), 1)
+
+
+def _calmed(strip: Strip, half_core: float) -> Strip:
+    """A strip without the pixels' noise, which hides what strands of several kinds have apart."""
+    return replace(strip, values=averaged(strip.values, _side_px(half_core)))
+
+
+def _is_noisy(strips: list[Strip], calm: list[Strip], half_core: float) -> bool:
+    """Whether noise counts beside what the strings differ from their ground by: a distance from the
+    ground's colour is the longer for it."""
+    steps, away = [], []
+    for strip, quiet in zip(strips, calm, strict=True):
+        axis, beside = (_known(rows) for rows in _rows(quiet, half_core))
+        _, ground = _rows(strip, half_core)
+        apart = _known(np.diff(ground[::NEIGHBOURS], axis=1))
+        if min(len(axis), len(beside), len(apart)) > 0:
+            steps.append(np.median(np.linalg.norm(apart, axis=1)))
+            away.append(np.median(np.linalg.norm(axis - np.median(beside, axis=0), axis=1)))
+    return len(steps) > 0 and bool(np.median(steps) > NOISY * np.median(away))
+
+
+def _known(values: np.ndarray) -> np.ndarray:
+    """Those of the values (K, M) or (K, M, 3) that are known, (n, 1) or (n, 3)."""
+    some = values.reshape(values.shape[0] * values.shape[1], -1)
+    return np.asarray(some[np.isfinite(some).all(axis=1)])
 
 
 def _rows(strip: Strip, half_core: float) -> tuple[np.ndarray, np.ndarray]:
@@ -142,9 +193,7 @@ def many_coloured(windows: list[np.ndarray], outer: np.ndarray) -> bool:
     ground = np.median(outer, axis=0)
     spread = _spread(np.abs(outer - ground))
     # On a ground of uneven brightness strings are told by hue alone.
-    plain = _hue_of(outer)
-    middle = np.median(plain, axis=0)
-    typical = _spread(np.linalg.norm(plain - middle, axis=1))
+    middle, typical = _ground_hue(outer)
     spreads = []
     for some in windows:
         far = np.sqrt((((some - ground) / spread) ** 2).mean(axis=1)) > FAR
@@ -154,6 +203,33 @@ def many_coloured(windows: list[np.ndarray], outer: np.ndarray) -> bool:
             low, high = np.percentile(_hue_of(strings), [25.0, 75.0], axis=0)
             spreads.append(float(np.linalg.norm(high - low)))
     return len(spreads) > 0 and float(np.mean(np.array(spreads) > SEVERAL_HUES)) > OFTEN
+
+
+def black_among(windows: list[np.ndarray], outer: np.ndarray) -> bool:
+    """Whether black strands wind about others of another hue than the ground's. Black itself has no
+    hue, and lies no further off a dark ground's light than that does from its own.
+
+    windows, outer: as for `many_coloured`.
+    """
+    ground = np.median(outer, axis=0)
+    if ground.sum() < 2.0 * LIT:
+        return False
+    hue, typical = _ground_hue(outer)
+    shown, both = 0, 0
+    for some in windows:
+        dark = some.sum(axis=1) < LIT
+        other = ~dark & (np.linalg.norm(_hue_of(some) - hue, axis=1) > OTHER_HUE * typical)
+        if other.sum() > OF_EITHER * len(some):
+            shown += 1
+            both += int(dark.mean() > BLACK)
+    return shown > 0 and both / shown > OFTEN
+
+
+def _ground_hue(outer: np.ndarray) -> tuple[np.ndarray, float]:
+    """The ground's hue (3,), and how far from it that of its samples lies."""
+    hues = _hue_of(outer)
+    middle = np.median(hues, axis=0)
+    return middle, float(_spread(np.linalg.norm(hues - middle, axis=1)))
 
 
 def _spread(away: np.ndarray) -> np.ndarray:
