@@ -102,7 +102,7 @@ def test_untwisted_strands_side_by_side_are_as_wide_as_their_diameters() -> None
 @pytest.mark.parametrize(("strings", "p"), SHAPES)
 def test_the_gradient_is_that_of_finite_differences(strings: int, p: np.ndarray) -> None:
     """Summed over the window: single columns jump where the outermost strand changes."""
-    from tsvision.measures.helix import _normal_equations
+    from tsvision.measures.helix import Problem, _normal_equations
 
     count, z0 = 80, -39.5
     section = pair_core(strings)
@@ -116,8 +116,9 @@ def test_the_gradient_is_that_of_finite_differences(strings: int, p: np.ndarray)
         seen[side] += 1.0
         normal, right = np.empty((PARAMETERS, PARAMETERS)), np.empty(PARAMETERS)
         free = np.arange(PARAMETERS)
-        _normal_equations(p, free, section.radius_d, section.angle_rad, z0, seen, ones,
-                          ones, 1e4, 0.35, normal, right, 0.0)  # fmt: skip
+        outline = section.radius_d, section.angle_rad
+        problem = Problem(*outline, z0, seen, ones, ones, 1e4, 0.35, 0.0)
+        _normal_equations(p, free, problem, normal, right)
         return float(right[index])
 
     for index in asked:

@@ -18,7 +18,7 @@ import numpy as np
 
 from tsvision.measures.bundle import FLANK, SCALE_PX, BundleFit
 from tsvision.measures.coil_radius import coil_px
-from tsvision.measures.helix import Edges, minimise
+from tsvision.measures.helix import Edges, Problem, minimise
 from tsvision.measures.reduced import reduced
 from tsvision.measures.silhouette import KC, PHI, PHIC, RC, SLOPE, Y0, K, moved, rescaled, twist
 from tsvision.measures.weigh import POOR, noise_cost
@@ -130,9 +130,7 @@ def _fitted(
         if seen < max(SEEN * (high - low), FREE.size):
             continue
         middle = first + 0.5 * (low + high - 1)
-        q, cost, total = minimise(
-            moved(last, middle),
-            FREE,
+        problem = Problem(
             site_radius,
             site_angle,
             -0.5 * (high - 1 - low),
@@ -141,10 +139,9 @@ def _fitted(
             worth[:, low:high].copy(),
             scale,
             SAMPLING_PX,
-            steps,
-            unused,
             0.0,
         )
+        q, cost, total = minimise(moved(last, middle), FREE, problem, steps, unused)
         found[k] = moved(q, -middle)
         costs[k] = cost / max(total, 1e-9)
         like = SLOWEST < q[KC] / coils < FASTEST and abs(twist(q) / own - 1.0) < TWIST_OFF

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -30,6 +31,24 @@ from tsvision.measures.sums import summed
 SEEN = 0.2  # weight from which an edge was found
 SLOPE_SD_PX = 1.0  # over which the slope of an edge is told
 ROUGHLY = 6  # steps of a fit, after which it is known by how much blur moves the outline
+LEAST_GAIN = 1e-5  # of what is left, by which a step has to better a fit to be worth its time
+
+
+class Problem(NamedTuple):
+    """What a silhouette is fitted to. site_radius, site_angle (N,): the section's outer strands;
+    observed (2, M): edges at z0_px, z0_px + 1, ..., each counted by weights (2, M), and its
+    residual by worth (2, M); scale_px: residual at which an edge point begins to count less;
+    step_px: sampling along a strand; tilt_hold: px^2 that a tilt of 1 costs, where it is free."""
+
+    site_radius: np.ndarray
+    site_angle: np.ndarray
+    z0_px: float
+    observed: np.ndarray
+    weights: np.ndarray
+    worth: np.ndarray
+    scale_px: float
+    step_px: float
+    tilt_hold: float
 
 
 @dataclass(frozen=True)
@@ -196,21 +215,25 @@ def descend(
     tilt_hold: float = 0.0,
 ) -> tuple[np.ndarray, float]:
     """A few steps of the fit from `start` (10,): parameters and mean robust cost, nothing else."""
-    p, cost, total = minimise(
-        np.asarray(start, dtype=float),
-        np.array(free, dtype=np.int64),
-        *section.outer,
-        0.5 * float(edges.s_px[0] - edges.s_px[-1]),
-        edges.observed,
-        edges.trusted,
-        edges.worth,
-        scale_px,
-        _step(start),
-        iterations,
-        np.empty((len(free), len(free))),
-        tilt_hold,
-    )
+    problem = _problem(edges, section, edges.observed, scale_px, _step(start), tilt_hold)
+    free_ids = np.array(free, dtype=np.int64)
+    normal = np.empty((len(free), len(free)))
+    p, cost, total = minimise(np.asarray(start, dtype=float), free_ids, problem, iterations, normal)
     return p, float(cost) / max(float(total), 1e-9)
+
+
+def _problem(
+    edges: Edges,
+    section: Section,
+    observed: np.ndarray,
+    scale_px: float,
+    step_px: float,
+    tilt_hold: float,
+) -> Problem:
+    """Edges observed (2, M), z counted from their middle."""
+    z0_px = 0.5 * float(edges.s_px[0] - edges.s_px[-1])
+    weights, worth = edges.trusted, edges.worth
+    return Problem(*section.outer, z0_px, observed, weights, worth, scale_px, step_px, tilt_hold)
 
 
 def _step(p: np.ndarray) -> float:
@@ -234,8 +257,7 @@ def fit_helix(
     from the middle. near: whether the start shows the outline roughly already. tilt_hold: px^2 that
     a tilt of 1 costs, where it is free.
     """
-    middle = 0.5 * (edges.s_px[0] + edges.s_px[-1])
-    z0 = float(edges.s_px[0] - middle)
+    z0 = 0.5 * float(edges.s_px[0] - edges.s_px[-1])
     step = _step(start)
     normal = np.empty((len(free), len(free)))
     free_ids = np.array(free, dtype=np.int64)
@@ -246,20 +268,8 @@ def fit_helix(
         if not near:
             p, _ = descend(edges, section, p, free, scale_px, ROUGHLY, tilt_hold)
         observed = observed - rounded_off(p, section, z0, edges.s_px.size, edges.blur_px)
-    p, cost, total = minimise(
-        p,
-        free_ids,
-        *section.outer,
-        z0,
-        observed,
-        edges.trusted,
-        edges.worth,
-        scale_px,
-        step,
-        iterations,
-        normal,
-        tilt_hold,
-    )
+    problem = _problem(edges, section, observed, scale_px, step, tilt_hold)
+    p, cost, total = minimise(p, free_ids, problem, iterations, normal)
     rms, points = _rms(
         observed,
         *model_edges(p, section, z0, edges.s_px.size),
@@ -314,27 +324,14 @@ def _inverse(system: np.ndarray) -> np.ndarray:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _normal_equations(
-    p,
-    free,
-    site_radius,
-    site_angle,
-    z0,
-    observed,
-    weights,
-    worth,
-    scale,
-    step,
-    normal,
-    right,
-    tilt_hold,
-):  # pragma: no cover - compiled
+def _normal_equations(p, free, problem, normal, right):  # pragma: no cover - compiled
     """Gauss-Newton system of the free parameters with Tukey-like (Geman-McClure) weights; returns
     cost and weight sum."""
+    radius, angle, z0, observed, weights, worth, scale, step, tilt_hold = problem
     count = observed.shape[1]
     upper, lower = np.empty(count), np.empty(count)
     at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
-    silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_u, at_l, step)
+    silhouette(p, radius, angle, z0, count, upper, lower, at_u, at_l, step)
     # One row a parameter: sums over points are quick along rows.
     grads, residuals, counts = (
         np.empty((PARAMETERS, 2 * count)),
@@ -358,7 +355,7 @@ def _normal_equations(
             z = at_u[c, 0] if side == 0 else at_l[c, 0]
             i = int(at_u[c, 1]) if side == 0 else int(at_l[c, 1])
             sense = 1.0 - 2.0 * side
-            gradient(c + z0, z, i, sense, p, site_radius, site_angle, grads[:, used])
+            gradient(c + z0, z, i, sense, p, radius, angle, grads[:, used])
             residuals[used] = r
             counts[used] = weight * worth[side, c] / ((1.0 + t) * (1.0 + t))
             used += 1
@@ -389,41 +386,13 @@ def _sum_of_products(x, y, z, count):  # pragma: no cover - compiled
 
 
 @numba.njit(cache=True, error_model="numpy")
-def minimise(
-    p0,
-    free,
-    site_radius,
-    site_angle,
-    z0,
-    observed,
-    weights,
-    worth,
-    scale,
-    step,
-    iterations,
-    normal_out,
-    tilt_hold,
-):  # pragma: no cover - compiled
+def minimise(p0, free, problem, iterations, normal_out):  # pragma: no cover - compiled
     """Levenberg-Marquardt over the free parameters (m,); returns (p, cost, weight sum), and their
     normal equations in normal_out (m, m)."""
     p = p0.copy()
     m = free.size
     normal, right = np.empty((m, m)), np.empty(m)
-    cost, total = _normal_equations(
-        p,
-        free,
-        site_radius,
-        site_angle,
-        z0,
-        observed,
-        weights,
-        worth,
-        scale,
-        step,
-        normal,
-        right,
-        tilt_hold,
-    )
+    cost, total = _normal_equations(p, free, problem, normal, right)
     lam = 1e-3
     for _ in range(iterations):
         improved = False
@@ -432,6 +401,9 @@ def minimise(
             for a in range(m):
                 damped[a, a] += lam * normal[a, a] + 1e-12
             delta = np.linalg.solve(damped, right)
+            # Nothing to be gained: to see that it is so costs as much as a step.
+            if delta @ right / problem.scale_px**2 < LEAST_GAIN * cost:
+                break
             trial = p.copy()
             for a in range(m):
                 trial[free[a]] += delta[a]
@@ -440,21 +412,7 @@ def minimise(
             ok = trial[0] > 0.3 and trial[5] >= 0.0 and trial[1] > (low if trial[5] > 0.0 else 0.0)
             if ok:
                 new_normal, new_right = np.empty((m, m)), np.empty(m)
-                new_cost, new_total = _normal_equations(
-                    trial,
-                    free,
-                    site_radius,
-                    site_angle,
-                    z0,
-                    observed,
-                    weights,
-                    worth,
-                    scale,
-                    step,
-                    new_normal,
-                    new_right,
-                    tilt_hold,
-                )
+                new_cost, new_total = _normal_equations(trial, free, problem, new_normal, new_right)
                 if new_cost < cost:
                     gain = cost - new_cost
                     p, cost, total = trial, new_cost, new_total
@@ -463,7 +421,7 @@ def minimise(
                     improved = True
                     break
             lam *= 6.0
-        if not improved or gain < 1e-5 * cost:
+        if not improved or gain < LEAST_GAIN * cost:
             break
     normal_out[:] = normal
     return p, cost, total
