@@ -34,6 +34,7 @@ import pandas as pd
 
 from tests.bench.scoring import held, rms
 
+MOST_PX = 2.0  # of a recording's D, in a mean over recordings
 SIDES = {"right": "Z", "left": "S", "none": ""}
 
 
@@ -216,17 +217,24 @@ def summary(scored: Scored) -> dict[str, str]:
 
 
 def over_all(scores: list[Scored]) -> str:
-    """rms and median over recordings of what stands in the columns of D."""
-    parts = []
+    """What all recordings come to: rms errors of D by recording, each recording's counting once;
+    intervals, sense and knots by frame."""
+    rows = pd.concat([s.frames[s.frames["true"]] for s in scores])
+    lines = [f"over {len(scores)} recordings, {len(rows)} frames"]
     for name, coiled in (("D_px", False), ("D_coil", True)):
-        each = pd.Series(
-            [
-                rms(s.frames.loc[s.frames["true"] & (s.frames["coiled"] == coiled), "D_px"])
-                for s in scores
-            ]
+        kind = [s.frames[s.frames["true"] & (s.frames["coiled"] == coiled)] for s in scores]
+        each = pd.Series([rms(part["D_px"]) for part in kind]).dropna()
+        mean = each.clip(upper=MOST_PX).mean()
+        lines.append(
+            f"{name} of {len(each)}: median {each.median():.2f}, rms {rms(each):.2f}, "
+            f"mean {mean:.2f} where none counts for more than {MOST_PX:g}"
         )
-        parts.append(f"{name} rms {rms(each):.2f}, median {each.median():.2f}")
-    return f"over {len(scores)} recordings: " + "; ".join(parts)
+    intervals = {"D": "D_sigmas", "pitch": "p_sigmas", "beta": "beta_sigmas"}
+    lines.append("held: " + ", ".join(f"{n} {cover(rows[c])}" for n, c in intervals.items()))
+    hits, misses, false = (sum(s.knots[i] for s in scores) for i in range(3))
+    sense = f"sense right in {int(rows['hand'].sum())} of {len(rows)}"
+    lines.append(f"{sense}; knots told {hits} of {hits + misses}, {false} false")
+    return "\n".join(lines)
 
 
 def recordings(folders: list[Path], only: list[str]) -> list[Path]:
