@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.bench.pictures48_draw import cases, draw
 from tests.measures.cord import BLUE, RED, TABLE, bow, draw_cord
 from tsvision.flags import Flag, flags_from_text
 from tsvision.measures.bowed import learn_bowed
 from tsvision.measures.looks import learn_looks
 from tsvision.measures.recording import Measurer
-from tsvision.records import Camera, Frame, FrameResult, Rig, Scale, Strings
+from tsvision.records import Camera, Frame, FrameResult, Rig, Scale, Strings, View
 
 CURVE = bow(620, 90.0, 130.0)
 LENGTH_PX = float(np.linalg.norm(np.diff(CURVE, axis=0), axis=1).sum()) * 620 / 660
@@ -119,3 +121,16 @@ def test_a_straight_bundle_keeps_its_looks_untouched() -> None:
     bowed, same = learn_bowed([picture], looks, rig, Scale())
     assert bowed is None
     assert same is looks
+
+
+@pytest.mark.parametrize("count", [2, None])
+def test_a_strand_of_a_straight_bundle_is_no_cord_that_winds(count: int | None) -> None:
+    """Two thick strands lit from 40 degrees: the brighter one was followed along its winds, and
+    16.6 px told of a bundle of 55."""
+    case = replace(cases(2)[19], light_deg=40.0)
+    measurer = Measurer(Rig(strings=Strings(count=count), view=View(separator_side="none")))
+    picture = draw(case)
+    measurer.prime([picture])
+    row = measurer.measure(Frame(0, "picture.png", picture)).row
+    assert Flag.CURVED_AXIS not in flags_from_text(row.flags)
+    assert row.diameter_px == pytest.approx(case.diameter_px, abs=0.4)

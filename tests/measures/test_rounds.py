@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from tests.bench.pictures48_draw import cases, draw
+from tsvision.images.sight import Told, find_sight
 from tsvision.measures import rounds
-from tsvision.measures.rounds import _of_frames, _steady
+from tsvision.measures.cut import Cut, cut_frame
+from tsvision.measures.rounds import EdgeLook, _of_frames, _steady, next_look, widths_px
+from tsvision.measures.section import pair_core
+from tsvision.measures.shading import plain_shading
+from tsvision.measures.silhouette import Section
 
 
 def test_a_frame_has_one_blur_however_many_stretches_it_shows() -> None:
@@ -40,3 +47,50 @@ def test_two_readings_by_colour_do_not_say_that_frames_differ(in_colour: bool) -
     bundle = SimpleNamespace(fit=SimpleNamespace(coiled=False, diameter_px=20.0))
     fits = [SimpleNamespace(cut=cut, bundle=bundle)]
     assert _steady(fits, {1: 0.8, 2: 2.6}, None, None) is in_colour  # type: ignore[arg-type]
+
+
+def a_look() -> tuple[list[Cut], Section, EdgeLook]:
+    """A picture of four strands, cut, and how its edges look at first glance."""
+    case = cases(4)[21]
+    picture = draw(case)
+    sight = find_sight([picture], Told())
+    assert sight is not None
+    section = pair_core(4)
+    strand_px = sight.width_px / section.diameter_d
+    cut = cut_frame(picture, sight, strand_px, int(2.3 * sight.width_px) + 6)
+    assert cut is not None
+    shade = plain_shading(0.5 * strand_px)
+    return [cut], section, EdgeLook((shade, shade), sight.width_px)
+
+
+def test_a_round_that_teaches_nothing_tells_what_it_saw_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Edges by brightness that were found in all frames, but along which no mean edge could be
+    told, counted for one: that colour was wrong by 1.2 px of 37 remained (`--wild 699`)."""
+    cuts, section, look = a_look()
+    monkeypatch.setattr(rounds, "_taught", lambda *_: None)
+    after = next_look(cuts, section, replace(look, frames=5, rms_px=9.0, matched=0.1))
+    assert after.frames == 1
+    assert after.rms_px < 1.0
+    assert after.matched > 0.5
+    assert after.places_px == (0.0, 0.0)
+    assert after.shading == look.shading
+
+
+def test_of_frames_unlike_in_blur_each_shows_its_width_by_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Under one blur for all, shaken frames said that a bundle was as many pixels wide as they were
+    shaken by (`--wild 544`: 5 px of sd)."""
+    cuts, section, look = a_look()
+    blurred: list[float] = []
+
+    def own(_found: object, blur_px: float, *_: object) -> float:
+        blurred.append(blur_px)
+        return 20.0
+
+    monkeypatch.setattr(rounds, "_own_diameter_px", own)
+    assert widths_px(cuts, section, look) != [20.0]
+    assert widths_px(cuts, section, replace(look, steady=False)) == [20.0]
+    assert 0.3 < blurred[0] < 3.0

@@ -62,7 +62,8 @@ def find_signal(
     """
     calm = [_calmed(strip, half_core) for strip in strips]
     signal, separation = _told(strips, calm, half_core, between)
-    if signal.by_distance and _is_noisy(strips, calm, half_core):
+    # What lies across the ground's colour stands out by several times its noise, or is not taken.
+    if signal.way is Way.DISTANCE and _is_noisy(strips, calm, half_core):
         signal = replace(signal, averaged_px=_side_px(half_core))
     return signal, separation
 

@@ -25,15 +25,16 @@ NO_BETTER = DOUBTFUL | Flag.FEW_LOBES
 def explained(picture: np.ndarray, rig: Rig, scale: Scale, likeliest: Looks | None) -> Looks | None:
     """The looks learnt along the likeliest line whose bundle a helix describes, and those of the
     likeliest line of all (as given) where none is."""
-    if likeliest is not None and _is_described(likeliest, picture, DOUBTFUL):
+    if likeliest is not None and is_described(likeliest, picture):
         return likeliest
     for sight in islice(sights_of([picture], rig, scale), 1, TRIED):
         looks = learn_looks([picture], rig, scale, sight)
-        if looks is not None and _is_described(looks, picture, NO_BETTER):
+        if looks is not None and is_described(looks, picture, NO_BETTER):
             return looks
     return likeliest
 
 
-def _is_described(looks: Looks, picture: np.ndarray, doubtful: Flag) -> bool:
+def is_described(looks: Looks, picture: np.ndarray, doubtful: Flag = DOUBTFUL) -> bool:
+    """Whether a helix describes the bundle that a picture shows."""
     row = measure_frame(Frame(0, "", picture), looks, float("nan"), Warm())[0].row
     return not flags_from_text(row.flags) & doubtful and bool(np.isfinite(row.pitch_px))

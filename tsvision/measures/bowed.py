@@ -14,6 +14,7 @@ import numpy as np
 from tsvision.flags import Flag, flags_from_text, flags_to_text
 from tsvision.images.curve import Curve, find_curve
 from tsvision.images.sight import Sight
+from tsvision.measures.alone import is_described
 from tsvision.measures.envelope import baseline_px, unevenness_of
 from tsvision.measures.frame import Warm, measure_frame
 from tsvision.measures.knots import find_knots
@@ -28,6 +29,7 @@ FUZZY = 0.1  # share of columns with hairs from which the frame is flagged
 AGREE = 0.12  # relative difference of D and strand repeat between helix and rope
 TOLD = 0.9  # confidence from which a number of strands is as good as given
 GUESSED_RMS = 0.015  # of D: how well an outline must follow a section that nobody told
+OF_BUNDLE = 0.6  # of the diameter of twisted strands: none is as wide
 END_DIAMETERS = 1.5  # knots are not sought so near to a cord's ends
 BANDED = 0.4  # slope of coarse bands from which they tell the bundle's sense
 SURE = 0.3  # confidence of the stripes below which they tell nothing
@@ -69,6 +71,8 @@ def learn_bowed(
     least_px, most_px = possible_px(rig, scale)
     if curve is None or not least_px <= curve.width_px <= most_px:
         return None, looks
+    if told and not by_length and looks is not None and _is_strand(curve, looks, pictures[0]):
+        return None, looks
     if by_length:
         scale = scale_along(rig, curve.end_px - curve.start_px, curve.width_px)
     # A straight search may follow the shadow beside coloured strings, never a bundle with legs.
@@ -92,6 +96,11 @@ def _held(looks: Looks, pictures: int) -> bool:
     ends = looks.ends
     hardware = looks.sight.legs_seen or np.isfinite(ends.plate_px) or np.isfinite(ends.connector_px)
     return bool(hardware or pictures >= 4)
+
+
+def _is_strand(curve: Curve, looks: Looks, picture: np.ndarray) -> bool:
+    """Whether a curve winds along one strand of a straight bundle that a helix describes."""
+    return curve.width_px < OF_BUNDLE * looks.diameter_px and is_described(looks, picture)
 
 
 def _along(sight: Sight, curve: Curve) -> Sight:

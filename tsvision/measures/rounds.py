@@ -92,37 +92,47 @@ def next_look(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
     diameter = float(np.median([f.bundle.fit.diameter_px for f in fits]))
     each = [(f.edges, f.bundle) for f in fits]
     shape = shape_of(each, look.shading[0].blur_px)
+    fitted = replace(
+        look,
+        diameter_px=diameter,
+        steady=steady,
+        places_px=(0.0, 0.0),
+        frames=frames,
+        rms_px=float(np.median([f.bundle.fit.rms_px for f in fits])),
+        matched=float(np.median([f.edges.both_seen[f.cut.silhouette.bundle].mean() for f in fits])),
+        coils=coils,
+    )
     taught = _taught(fits, shape, look.shading[0].blur_px)
     if taught is None:
-        return replace(look, diameter_px=diameter, steady=steady, places_px=(0.0, 0.0), coils=coils)
+        return fitted
     (upper, lower), places_px = taught
     upper_px, lower_px = map(float, places_px)
     strain = (float(places_px.sum()) / max(light_sd_px((upper, lower)), SUREST_PX)) ** 2
     strain += (shape.width_px / shape.sd_px) ** 2
-    return EdgeLook(
-        (upper, lower),
-        diameter,
-        trust_of(each),
-        steady,
-        (upper_px, lower_px),
-        strain,
-        hidden_px(each),
-        frames,
-        float(np.median([f.bundle.fit.rms_px for f in fits])),
-        float(np.median([f.edges.both_seen[f.cut.silhouette.bundle].mean() for f in fits])),
-        coils=coils,
+    return replace(
+        fitted,
+        shading=(upper, lower),
+        trust=trust_of(each),
+        places_px=(upper_px, lower_px),
+        strain=strain,
+        hidden_px=hidden_px(each),
     )
 
 
 def widths_px(cuts: list[Cut], section: Section, look: EdgeLook) -> list[float]:
-    """D as each of the frames shows it under a look, those left out that show none."""
+    """D as each of the frames shows it under a look, by its own blur where they are not equally
+    sharp; those left out that show none."""
     seen = [(cut, replace(find_edges(cut, look.shading), trust=look.trust)) for cut in cuts]
     fits = _fitted(seen, section, look.diameter_px, coil=False)
     straight = {id(f.cut) for f in fits}
     rest = [(cut, edges) for cut, edges in seen if id(cut) not in straight]
     fits += _fitted(rest, section, look.diameter_px, coil=True, last=look.coils)
-    each = _of_frames(fits, np.array([f.bundle.fit.diameter_px for f in fits]))
-    return [px for px in each.values() if np.isfinite(px)]
+    if look.steady:
+        found = [f.bundle.fit.diameter_px for f in fits]
+    else:
+        blurs = _blurs_px(fits, look.shading)
+        found = [_own_diameter_px(f, blurs[id(f.cut)], section, look) for f in fits]
+    return [px for px in _of_frames(fits, np.array(found)).values() if np.isfinite(px)]
 
 
 def _taught(
