@@ -32,7 +32,6 @@ OFTEN = 0.3  # share of the windows of the axis that show several, where strings
 FAR = 3.0  # spreads of the ground's colour beyond which a sample's hue is asked for
 LIT = 0.06  # of full light, in all channels: what is darker shows no hue
 OF_WINDOW = 0.3  # share of a window's samples that have to show theirs
-
 BLACK = 0.1  # share of a window's samples that have to be too dark to have one
 
 # Per cent of the samples on strands of several colours that may lie where two of them meet: there
@@ -162,9 +161,7 @@ def _windows(strips: list[Strip], half_core: float) -> list[np.ndarray]:
     """Colours (K, 3) in each stretch of the axis of some strips."""
     found = []
     for strip in strips:
-        for stretch in _stretches(_rows(strip, half_core)[0], half_core):
-            some = stretch.reshape(-1, 3)
-            found.append(some[~np.isnan(some).any(axis=1)])
+        found += [_known(s) for s in _stretches(_rows(strip, half_core)[0], half_core)]
     return found
 
 

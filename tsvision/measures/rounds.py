@@ -130,8 +130,7 @@ def widths_px(cuts: list[Cut], section: Section, look: EdgeLook) -> list[float]:
     if look.steady:
         found = [f.bundle.fit.diameter_px for f in fits]
     else:
-        blurs = _blurs_px(fits, look.shading)
-        found = [_own_diameter_px(f, blurs[id(f.cut)], section, look) for f in fits]
+        found = _own_diameters_px(fits, _blurs_px(fits, look.shading), section, look)
     return [px for px in _of_frames(fits, np.array(found)).values() if np.isfinite(px)]
 
 
@@ -247,10 +246,14 @@ def _steady(
     if not fits:
         return True
     shared = _of_frames(fits, np.array([f.bundle.fit.diameter_px for f in fits]))
-    own = _of_frames(
-        fits, np.array([_own_diameter_px(f, blurs_px[id(f.cut)], section, look) for f in fits])
-    )
+    own = _of_frames(fits, np.array(_own_diameters_px(fits, blurs_px, section, look)))
     return not agree_better(np.array(list(shared.values())), np.array(list(own.values())))
+
+
+def _own_diameters_px(
+    fits: list[_Fitted], blurs_px: dict[int, float], section: Section, look: EdgeLook
+) -> list[float]:
+    return [_own_diameter_px(f, blurs_px[id(f.cut)], section, look) for f in fits]
 
 
 def _own_diameter_px(found: _Fitted, blur_px: float, section: Section, look: EdgeLook) -> float:
