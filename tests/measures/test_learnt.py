@@ -13,6 +13,7 @@ from tests.images.test_sight import BUNDLE_PX, few_turns
 from tests.measures.films import film_of, measured
 from tsvision.images.sight import Sight, Told, find_sight
 from tsvision.images.signal import Way
+from tsvision.measures.bundle import BundleFit
 from tsvision.measures.cut import black_of, cut_frame
 from tsvision.measures.learnt import _joined, _tells_more, cut_alike, cut_all
 from tsvision.measures.rounds import EdgeLook
@@ -123,6 +124,20 @@ def test_blocks_of_colour_add_more_to_thick_strands_than_a_limb_is_of_thin_ones(
     poor = replace(colour, rms_px=0.76, matched=0.86)
     assert _tells_more(replace(bright, frames=5), poor)  # colour fits legs of hardly a turn as well
     assert not _tells_more(replace(bright, diameter_px=56.0), colour)
+
+
+def test_straight_bundles_by_brightness_need_not_be_as_many_as_coils_by_colour() -> None:
+    """Green on a blotchy pale green: by colour, 3.5 px too wide and as unsure, no straight bundle
+    fitted and coils in all eight frames did; by brightness two straight ones, within 0.2 px
+    (`--wild 687`)."""
+    bright = look_of(0.08, diameter_px=23.1, frames=2, rms_px=0.3, matched=1.0)
+    colour = look_of(0.8, diameter_px=26.5, frames=8, rms_px=0.66)
+    coils: dict[int, BundleFit] = {1: None}  # type: ignore[dict-item]
+    assert _tells_more(bright, replace(colour, coils=coils))
+    assert not _tells_more(bright, colour)  # six straight ones missed
+    assert not _tells_more(replace(bright, frames=1), replace(colour, coils=coils))
+    surer = look_of(0.2, diameter_px=26.5, frames=8, rms_px=0.66)
+    assert not _tells_more(bright, replace(surer, coils=coils))  # lit limbs as bright as the ground
 
 
 def test_colour_and_brightness_that_tell_about_as_much_are_joined() -> None:

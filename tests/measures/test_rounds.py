@@ -78,6 +78,25 @@ def test_a_round_that_teaches_nothing_tells_what_it_saw_all_the_same(
     assert after.shading == look.shading
 
 
+@pytest.mark.parametrize("seen", [True, False])
+def test_a_round_that_teaches_nothing_leaves_edges_as_unsure_as_they_were_moved(
+    seen: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A template that moved edges by 2.1 px, and along which none could be told then, was taken for
+    one that knew them within 0.6 (`--wild 715`)."""
+    cuts, section, look = a_look()
+    monkeypatch.setattr(rounds, "_taught", lambda *_: None)
+    if not seen:
+        monkeypatch.setattr(rounds, "_fitted", lambda *_, **__: [])
+    moved = replace(look, places_px=(-0.3, 2.1))
+    sd_px = look.shading[0].place_sd_px
+    after = next_look(cuts, section, moved)
+    assert after.shading[0].place_sd_px == pytest.approx(np.hypot(sd_px, 2.1))
+    assert after.moved_px == 0.0
+    again = next_look(cuts, section, after)
+    assert again.shading == after.shading
+
+
 def test_of_frames_unlike_in_blur_each_shows_its_width_by_its_own(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -56,6 +56,14 @@ def _stands_out(contrast, level):  # pragma: no cover - compiled
     return out
 
 
+def _deepest(signal: Signal, black: float) -> float:
+    """Contrast up to which borders may be a shadow's: no shadow has more than black has of it. What
+    else is soft, limbs that little light falls on and colours coded in blocks, is the strands'."""
+    if signal.by_distance:  # strands of several colours stand out by several amounts
+        return DEEPEST_CHROMA
+    return min(DEEPEST, max(black, MASK_LEVEL))
+
+
 def masks_of(
     strips: list[Strip],
     signal: Signal,
@@ -69,10 +77,8 @@ def masks_of(
     least = [mask_level(c, GROUND_FROM * width) for c, _, _ in scaled]
     levels = np.abs([level for _, _, level in scaled])
     shown = levels >= SHOWN * np.percentile(levels, MOST)
-    # Strands of several colours stand out by several amounts: only what is soft far down may go.
-    deepest = (DEEPEST_CHROMA if signal.by_distance else DEEPEST) / (ROUGH if rough else 1.0)
     shadows = [
-        find_shadow(c, GROUND_FROM * width, low, deepest)
+        find_shadow(c, GROUND_FROM * width, low, _deepest(signal, black) / (ROUGH if rough else 1.0))
         if signal.in_colour or black > DARKENS
         else NO_SHADOW
         for (c, black, _), low, shows in zip(scaled, least, shown, strict=True)

@@ -15,8 +15,8 @@ import numpy as np
 
 from tsvision.images.sight import Sight, by_brightness
 from tsvision.measures.cut import BURNT_OUT, LOST, Cut, cut_frame, learn_shading
-from tsvision.measures.rounds import EdgeLook
-from tsvision.measures.settle import less_sure, settle
+from tsvision.measures.rounds import EdgeLook, less_sure
+from tsvision.measures.settle import settle
 from tsvision.measures.shading import plain_shading
 from tsvision.measures.silhouette import Section
 from tsvision.measures.uncertainty import light_sd_px
@@ -31,9 +31,10 @@ BURNT_PLACE_SD = 0.35
 BRIGHT_SD_PX = 0.3
 SURER = 0.6  # of the width's uncertainty by colour, which that by brightness has to stay below
 # Thinner than by colour, whose blocks add less, from which on lit limbs are as bright as ground:
-# px, and of a strand's radius, of which such limbs are a fair part.
-FADED_PX, FADED_RHO = 3.0, 0.6
+# px, of a strand's radius, of which such limbs are a fair part, and of sds of the width by colour.
+FADED_PX, FADED_RHO, UNSURE = 3.0, 0.6, 2.0
 SHOWN = 75.0  # per cent of the frames whose cores show less: most may be of hardly a turn
+FEWEST = 2  # frames that tell
 MISSED_PX = 1.0  # as much off as this counts an edge that was not found, or in no frame's fit
 
 Pairs = list[tuple[np.ndarray, Cut]]
@@ -121,7 +122,7 @@ def _joined(colour: EdgeLook, bright: EdgeLook) -> EdgeLook:
     """Edges by colour that are where both together say, each by how sure it is of the width. What
     the two differ by is not known."""
     # What one frame of several shows by brightness may be legs, or a coil.
-    told = bright.frames >= max(min(2, colour.frames), 1)
+    told = bright.frames >= max(min(FEWEST, colour.frames), 1)
     if not (told and _is_whole(bright, colour)):
         return colour
     wide_px = colour.diameter_px - bright.diameter_px
@@ -134,13 +135,16 @@ def _tells_more(bright: EdgeLook, colour: EdgeLook) -> bool:
     """Whether edges by brightness fit better, in as many frames or much better, and tell the width
     surer."""
     surer = light_sd_px(bright.shading) < SURER * light_sd_px(colour.shading)
-    better = _cost_px2(bright, colour.frames) <= _cost_px2(colour, colour.frames)
+    # Coils are tried where no straight bundle fits: as many frames as with them need not show one.
+    frames = FEWEST if colour.coils and not bright.coils else colour.frames
+    better = _cost_px2(bright, frames) <= _cost_px2(colour, colour.frames)
     return surer and better and _is_whole(bright, colour)
 
 
 def _is_whole(bright: EdgeLook, colour: EdgeLook) -> bool:
     """Whether brightness shows the limbs: lit ones may be as bright as their ground."""
-    faded_px = max(FADED_PX, FADED_RHO * colour.shading[0].rho_px)
+    unsure_px = UNSURE * light_sd_px(colour.shading)
+    faded_px = max(FADED_PX, FADED_RHO * colour.shading[0].rho_px, unsure_px)
     return bright.diameter_px > colour.diameter_px - faded_px
 
 

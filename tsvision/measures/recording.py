@@ -18,6 +18,7 @@ from tsvision.images.tone_curve import gamma_of
 from tsvision.measures.alone import explained
 from tsvision.measures.bowed import Bowed, learn_bowed, measure_bowed
 from tsvision.measures.frame import LEGS_TURNS, Warm, measure_frame
+from tsvision.measures.late import by_twist, shown_late
 from tsvision.measures.looks import Looks, learn_looks, pick_samples
 from tsvision.measures.scale import resolve_scale
 from tsvision.records import Frame, FrameResult, FrameRow, Recording, Rig
@@ -47,7 +48,8 @@ class Measurer:
         self.warm = Warm()
 
     def prime(self, pictures: list[np.ndarray]) -> None:
-        """Learn from pictures of one size; the looks stay None when no bundle is found."""
+        """Learn from pictures of one size, the most twisted last; the looks stay None when no bundle
+        is found."""
         if not pictures:
             return
         self.shape = pictures[0].shape[:2]
@@ -57,7 +59,7 @@ class Measurer:
             self.gamma_guessed = bool(np.isfinite(gamma))
             self.rig = replace(self.rig, camera=replace(self.rig.camera, gamma=gamma))
         scale = resolve_scale(self.rig, alike[0])
-        looks = learn_looks(alike, self.rig, scale)
+        looks = shown_late(alike, self.rig, scale, learn_looks(alike, self.rig, scale))
         self.bowed, self.looks = learn_bowed(alike, looks, self.rig, scale)
         alone = len(alike) == 1 and self.rig.strings.count is not None
         if alone and (self.bowed is None or self.looks is None):
@@ -124,12 +126,14 @@ def measure_frames(
 
 
 def sample_pictures(recording: Recording, most: int) -> list[np.ndarray]:
-    """Readable pictures spread over the recording, all of the commonest size."""
-    pictures = []
+    """Readable pictures spread over the recording, all of the commonest size, the most twisted
+    last."""
+    pictures, turns = [], []
     for i in pick_samples(len(recording.files), most):
         for frame in iter_frames(recording, i, i + 1):
             if frame.pixels is not None and not _is_blank(frame.pixels):
                 pictures.append(frame.pixels)
+                turns.append(float(recording.turns[i]))
     if not pictures:
         for frame in iter_frames(recording):
             if frame.pixels is not None and not _is_blank(frame.pixels):
@@ -137,7 +141,7 @@ def sample_pictures(recording: Recording, most: int) -> list[np.ndarray]:
         return []
     shapes = [p.shape for p in pictures]
     common = max(set(shapes), key=lambda shape: (shapes.count(shape), shape == shapes[0]))
-    return [p for p in pictures if p.shape == common]
+    return [p for p in by_twist(pictures, turns) if p.shape == common]
 
 
 def _is_blank(pixels: np.ndarray) -> bool:

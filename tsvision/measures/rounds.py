@@ -73,6 +73,14 @@ class EdgeLook:
         return self.diameter_px - sum(self.places_px)
 
 
+def less_sure(look: EdgeLook, by_px: float) -> EdgeLook:
+    """The same, with so much more of an sd of either edge's place."""
+    upper, lower = (
+        replace(s, place_sd_px=float(np.hypot(s.place_sd_px, by_px))) for s in look.shading
+    )
+    return replace(look, shading=(upper, lower))
+
+
 def next_look(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
     """What a look's own template makes of the edges."""
     seen = [(cut, replace(find_edges(cut, look.shading), trust=look.trust)) for cut in cuts]
@@ -80,7 +88,7 @@ def next_look(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
     if not any(f.bundle.fit.cost < POOR for f in fits):
         fits += _fitted(seen, section, look.diameter_px, coil=True, last=look.coils)
     if not fits:
-        return replace(look, steady=True, places_px=(0.0, 0.0))
+        return less_sure(replace(look, steady=True, places_px=(0.0, 0.0)), look.moved_px)
     coils = {id(f.cut): f.bundle for f in fits if f.bundle.fit.coiled}
     frames = len({id(f.cut) for f in fits})
     blurs = _blurs_px(fits, look.shading)
@@ -103,8 +111,8 @@ def next_look(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
         coils=coils,
     )
     taught = _taught(fits, shape, look.shading[0].blur_px)
-    if taught is None:
-        return fitted
+    if taught is None:  # what the round before moved edges by is not proved
+        return less_sure(fitted, look.moved_px)
     (upper, lower), places_px = taught
     upper_px, lower_px = map(float, places_px)
     strain = (float(places_px.sum()) / max(light_sd_px((upper, lower)), SUREST_PX)) ** 2

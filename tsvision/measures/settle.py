@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from tsvision.measures.cut import Cut
-from tsvision.measures.rounds import EdgeLook, next_look, widths_px
+from tsvision.measures.rounds import EdgeLook, less_sure, next_look, widths_px
 from tsvision.measures.shading import Shading
 from tsvision.measures.silhouette import Section
 from tsvision.measures.uncertainty import light_sd_px, place_sd_px
@@ -72,14 +72,6 @@ def _as_sure(shading: tuple[Shading, Shading], sd_px: float) -> tuple[Shading, S
     by = sd_px / max(light_sd_px(shading), 1e-6)
     upper, lower = (replace(s, place_sd_px=s.place_sd_px * by) for s in shading)
     return upper, lower
-
-
-def less_sure(look: EdgeLook, by_px: float) -> EdgeLook:
-    """The same, with so much more of an sd of either edge's place."""
-    upper, lower = (
-        replace(s, place_sd_px=float(np.hypot(s.place_sd_px, by_px))) for s in look.shading
-    )
-    return replace(look, shading=(upper, lower))
 
 
 def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLook]) -> EdgeLook:
