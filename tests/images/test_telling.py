@@ -5,13 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tsvision.images.signal import Way
+from tsvision.images.cloud import Cloud
+from tsvision.images.linear import best_weights
+from tsvision.images.signal import LUMA, Way
 from tsvision.images.strip import Strip
 from tsvision.images.telling import (
     are_both_ways,
     black_among,
     distance_for,
     find_signal,
+    loses_limbs,
     many_coloured,
 )
 
@@ -167,3 +170,22 @@ def test_noise_hides_no_strands() -> None:
     bright: Colour = (0.2, 0.2, 0.2)
     assert find_signal([wound((bright, BLACK), 0.03, grey=True)], 16.5)[0].way is Way.DISTANCE
     assert find_signal([wound((bright,), 0.03, grey=True)], 16.5)[0].way is Way.LUMA
+
+
+def test_a_hue_does_not_take_dark_limbs_for_the_ground() -> None:
+    """Pink before pale grey: by red light less a little of the others a limb of a quarter of the
+    light is darker than the ground, and 2 px of 22 were left out (`--wild 574`, whose colours and
+    their scatter these are)."""
+    random = np.random.default_rng(7)
+    pink, grey = np.array([0.551, 0.409, 0.887]), np.array([0.614, 0.613, 0.614])
+    of_pink = [[0.0195, 0.0192, 0.0055], [0.0192, 0.0260, -0.0070], [0.0055, -0.0070, 0.0268]]
+    of_grey = 0.00168 * np.ones((3, 3)) + np.diag([9e-5, 6e-5, 3e-5])
+    values = random.multivariate_normal(grey, of_grey, (181, 300))
+    values[74:107] = random.multivariate_normal(pink, of_pink, (33, 300))
+    signal, _ = find_signal([Strip(values.astype(np.float32), 0.0, 90)], 16.0)
+    assert signal.way is Way.HUE
+    strings, ground = Cloud(pink, np.array(of_pink)), Cloud(grey, of_grey)
+    assert not loses_limbs(signal.weights, strings, ground)
+    assert loses_limbs(best_weights(strings, ground)[0], strings, ground)
+    # Luma is told in full: what it loses is another matter.
+    assert not loses_limbs(LUMA.weights, Cloud(2.0 * grey, np.array(of_pink)), ground)

@@ -56,12 +56,12 @@ def _stands_out(contrast, level):  # pragma: no cover - compiled
     return out
 
 
-def _deepest(signal: Signal, black: float) -> float:
+def _deepest(signal: Signal, black: float, rough: bool) -> float:
     """Contrast up to which borders may be a shadow's: no shadow has more than black has of it. What
     else is soft, limbs that little light falls on and colours coded in blocks, is the strands'."""
-    if signal.by_distance:  # strands of several colours stand out by several amounts
-        return DEEPEST_CHROMA
-    return min(DEEPEST, max(black, MASK_LEVEL))
+    # Strands of several colours stand out by several amounts.
+    deepest = DEEPEST_CHROMA if signal.by_distance else min(DEEPEST, max(black, MASK_LEVEL))
+    return deepest / (ROUGH if rough else 1.0)
 
 
 def masks_of(
@@ -78,7 +78,7 @@ def masks_of(
     levels = np.abs([level for _, _, level in scaled])
     shown = levels >= SHOWN * np.percentile(levels, MOST)
     shadows = [
-        find_shadow(c, GROUND_FROM * width, low, _deepest(signal, black) / (ROUGH if rough else 1.0))
+        find_shadow(c, GROUND_FROM * width, low, _deepest(signal, black, rough))
         if signal.in_colour or black > DARKENS
         else NO_SHADOW
         for (c, black, _), low, shows in zip(scaled, least, shown, strict=True)

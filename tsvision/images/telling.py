@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tsvision.images.cloud import central_cloud
+from tsvision.images.cloud import Cloud, central_cloud
 from tsvision.images.ground import nan_median
 from tsvision.images.linear import LUMA_BGR, best_weights, project, shadeless_weights
 from tsvision.images.signal import DISTANCE, LUMA, Signal, Way, summed
@@ -45,6 +45,9 @@ SHADOWS = 0.15  # of how far strings stand out: a ground with less light has no 
 BRIGHTER, DARKER, OF_ITS_HUE = 2.0, 0.6, 0.15
 OFF = 5.0  # spreads of the ground's colour from which a sample is not of it
 
+LIMB = 0.25  # of the strings' light
+AS_FAR = 0.9  # of the separation that one hue reaches: from which another may show limbs better
+
 # Spreads of the ground's light from which strands are brighter or darker; the least share of either
 # in a window of so many half cores where both wind about each other; how many windows show both.
 CLEARLY, OF_EITHER, WINDOW, MOSTLY_MIXED = 4.0, 0.2, 6.0, 0.4
@@ -76,13 +79,29 @@ def _told(
     inner, outer = _samples(strips, half_core, between)
     if min(len(inner), len(outer)) < FEWEST:
         return LUMA, float("nan")
-    weights, separation = best_weights(central_cloud(inner), central_cloud(outer))
+    strings, ground = central_cloud(inner), central_cloud(outer)
+    weights, separation = best_weights(strings, ground)
     _, calm_outer = _samples(calm, half_core, between)
     if len(calm_outer) >= FEWEST and black_among(_windows(calm, half_core), calm_outer):
         return DISTANCE, separation
     if many_coloured(_windows(strips, half_core), outer):
         return distance_for(inner, outer), separation
-    return DISTANCE if are_both_ways(calm, half_core) else summed(weights), separation
+    if are_both_ways(calm, half_core):
+        return DISTANCE, separation
+    if loses_limbs(weights, strings, ground):
+        hue, apart = shadeless_weights(strings, ground)
+        if apart > AS_FAR * separation:
+            return summed(hue), apart
+    return summed(weights), separation
+
+
+def loses_limbs(weights: np.ndarray, strings: Cloud, ground: Cloud) -> bool:
+    """Whether strands of LIMB of their light are as bright as their ground by a hue's weights (3,),
+    which show that brighter than black."""
+    if summed(weights) is LUMA:
+        return False
+    limb = LIMB * strings.mean
+    return bool((weights @ (strings.mean - ground.mean)) * (weights @ (limb - ground.mean)) < 0.0)
 
 
 def find_hue(strips: list[Strip], half_core: float, between: bool = False) -> tuple[Signal, float]:

@@ -48,8 +48,8 @@ class Measurer:
         self.warm = Warm()
 
     def prime(self, pictures: list[np.ndarray]) -> None:
-        """Learn from pictures of one size, the most twisted last; the looks stay None when no bundle
-        is found."""
+        """Learn from pictures of one size, the most twisted last; the looks stay None when none
+        shows a bundle."""
         if not pictures:
             return
         self.shape = pictures[0].shape[:2]
