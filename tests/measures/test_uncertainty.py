@@ -18,7 +18,7 @@ from tsvision.measures.uncertainty import (
 )
 
 
-def fit_of(strands: int, coiled: bool) -> SimpleNamespace:
+def fit_of(strands: int, coiled: bool, seen_px: float = 90.0) -> SimpleNamespace:
     """A good fit of D = 20 px and p = 30 px, itself sure of both to 0.01 px."""
     return SimpleNamespace(
         p=np.full(9, 4.0),
@@ -29,6 +29,7 @@ def fit_of(strands: int, coiled: bool) -> SimpleNamespace:
         diameter_px=20.0,
         diameter_px_sd=0.005,
         pitch_px=30.0,
+        z_px=(100.0, 100.0 + seen_px),
         derived=(np.array([20.0, 30.0, 2.0]), np.eye(3) * 2.5e-5),
     )
 
@@ -48,6 +49,21 @@ def test_a_blurred_coil_s_pitch_is_less_sure_and_a_straight_bundle_s_is_not() ->
     assert blurred == pytest.approx(1.5 * (2.8 / 20.0 - 0.04) * 30.0, rel=0.01)
     straight = [pitch_sd_px(fit_of(2, coiled=False), blur) for blur in (0.7, 2.8)]  # type: ignore[arg-type]
     assert straight[0] == straight[1] == sharp
+
+
+def test_of_less_than_half_a_pitch_some_sides_are_not_seen() -> None:
+    """A third of a turn beside the apex: 6 px of 93 and a fifth of the pitch off, stated to 1.2 px
+    and a fortieth (`--wild 555`; `643` 5 px of 99, stated to 1.3)."""
+    shade = plain_shading(4.0)
+
+    def sds(seen_px: float) -> tuple[float, float]:
+        fit = fit_of(2, False, seen_px)
+        return diameter_sd_px(fit, (shade, shade)), pitch_sd_px(fit, 0.7)  # type: ignore[arg-type]
+
+    whole, half, third = sds(90.0), sds(15.0), sds(11.0)
+    assert whole == half
+    assert third[0] > np.hypot(half[0], 0.03 * 20.0)
+    assert third[1] > 0.1 * 30.0
 
 
 def test_coils_open_the_more_the_more_room_their_section_has() -> None:

@@ -37,6 +37,10 @@ UNSEEN_LIMB, LAMP_BESIDE = 0.05, 1.1  # of the core's contrast: less at that lim
 # A coil's strands are told from its own shape by what is small beside D. Beyond a blur of so much
 # of D that is gone, and pitches that differ by a multiple of the excess look alike (own renderer).
 BLURRED_D, BLURRED_PITCH = 0.04, 1.5
+# Both edges of half a pitch show the section from all sides once. Of less some sides are not seen,
+# and what the legs that part there do to the others is taken for them: shares of D and of the pitch
+# for a section of which nothing is seen (path-traced close-ups, a quarter to half a pitch).
+HALF_UNSEEN_DIAMETER, HALF_UNSEEN_PITCH = 0.13, 0.4
 
 
 def _coil_sds(fit: HelixFit) -> tuple[float, float]:
@@ -47,6 +51,12 @@ def _coil_sds(fit: HelixFit) -> tuple[float, float]:
     if unsure(fit):
         d, pitch = float(np.hypot(d, UNSURE_DIAMETER)), float(np.hypot(pitch, UNSURE_PITCH))
     return d, pitch
+
+
+def _sides_unseen(fit: HelixFit) -> float:
+    """Share of the section that a stretch of less than half a pitch does not show."""
+    first, last = fit.z_px
+    return float(max(1.0 - 2.0 * (last - first) / fit.pitch_px, 0.0))
 
 
 def _widening(fit: HelixFit) -> float:
@@ -85,6 +95,7 @@ def diameter_sd_px(fit: HelixFit, shading: tuple[Shading, Shading]) -> float:
     """Standard uncertainty of D in px."""
     own = float(np.hypot(fit.diameter_px_sd * np.sqrt(_widening(fit)), edge_model_sd_px(shading)))
     share = np.hypot(_coil_sds(fit)[0], UNSEEN_DIAMETER * limb_unseen(shading))
+    share = np.hypot(share, HALF_UNSEEN_DIAMETER * _sides_unseen(fit))
     return float(np.hypot(own, share * fit.diameter_px))
 
 
@@ -92,7 +103,7 @@ def pitch_sd_px(fit: HelixFit, blur_px: float) -> float:
     """Standard uncertainty of the pitch in px, in a picture so blurred."""
     _, covariance = fit.derived
     own = float(np.sqrt(max(covariance[1, 1], 0.0) * _widening(fit)))
-    model = max(_coil_sds(fit)[1], 0.001)
+    model = np.hypot(max(_coil_sds(fit)[1], 0.001), HALF_UNSEEN_PITCH * _sides_unseen(fit))
     excess = max(blur_px / fit.diameter_px - BLURRED_D, 0.0) if fit.coiled else 0.0
     return float(np.hypot(own, np.hypot(model, BLURRED_PITCH * excess) * fit.pitch_px))
 
