@@ -14,6 +14,7 @@ from tsvision.measures.looks import Looks, learn_looks
 from tsvision.records import Rig, Scale
 
 FEWEST = 4  # pictures, of which half teach as well
+TOLD = 2  # pictures in which a bundle has to be described: one may show it by chance
 UNTOLD = Flag.ENVELOPE_ONLY | Flag.NO_PITCH
 
 
@@ -31,10 +32,11 @@ def shown_late(
     """The looks of some pictures, in order of twist; those that the more twisted half teaches alone
     where all together describe hardly any of that half, and these most."""
     late = pictures[len(pictures) // 2 :]
-    if len(pictures) < FEWEST or _described(looks, late) >= 0.5 * len(late):
+    enough = max(0.5 * len(late), TOLD)
+    if len(pictures) < FEWEST or _described(looks, late) >= enough:
         return looks
     own = learn_looks(late, rig, scale)
-    return own if _described(own, late) >= 0.5 * len(late) else looks
+    return own if _described(own, late) >= enough else looks
 
 
 def _described(looks: Looks | None, pictures: list[np.ndarray]) -> int:
