@@ -56,12 +56,18 @@ def _stands_out(contrast, level):  # pragma: no cover - compiled
     return out
 
 
-def _deepest(signal: Signal, black: float, rough: bool) -> float:
-    """Contrast up to which borders may be a shadow's: no shadow has more than black has of it. What
-    else is soft, limbs that little light falls on and colours coded in blocks, is the strands'."""
-    # Strands of several colours stand out by several amounts.
-    deepest = DEEPEST_CHROMA if signal.by_distance else min(DEEPEST, max(black, MASK_LEVEL))
-    return deepest / (ROUGH if rough else 1.0)
+def _shadow_in(
+    contrast: np.ndarray, inner_px: float, least: float, black: float, signal: Signal, rough: bool
+) -> Shadow:
+    """What shadow could be in a contrast: none has more of it than black has. What else is soft,
+    limbs that little light falls on and colours coded in blocks, is the strands'."""
+    if not (signal.in_colour or black > DARKENS):
+        return NO_SHADOW
+    core = 1.0 / ROUGH if rough else 1.0
+    # Strands of several colours stand out by several amounts: only what is soft far down may go.
+    deepest = core * (DEEPEST_CHROMA if signal.by_distance else DEEPEST)
+    cast = deepest if signal.by_distance else core * max(black, MASK_LEVEL)
+    return find_shadow(contrast, inner_px, least, deepest, cast)
 
 
 def masks_of(
@@ -78,9 +84,7 @@ def masks_of(
     levels = np.abs([level for _, _, level in scaled])
     shown = levels >= SHOWN * np.percentile(levels, MOST)
     shadows = [
-        find_shadow(c, GROUND_FROM * width, low, _deepest(signal, black, rough))
-        if signal.in_colour or black > DARKENS
-        else NO_SHADOW
+        _shadow_in(c, GROUND_FROM * width, low, black, signal, rough)
         for (c, black, _), low, shows in zip(scaled, least, shown, strict=True)
         if shows
     ]

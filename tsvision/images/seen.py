@@ -58,7 +58,7 @@ def _may_be_shadowed(seen: Seen) -> bool:
     none; a distance shows whatever is there."""
     if seen.signal.way is Way.ACROSS:
         return False
-    return seen.signal.by_distance or seen.shadow.level > DEEP_SHADOW
+    return seen.signal.by_distance or seen.shadow.deep > DEEP_SHADOW
 
 
 def _least_apart(first: Seen) -> float:
@@ -76,14 +76,14 @@ def _shows_more(by_hue: Seen, first: Seen, width: float, between: bool) -> bool:
         not by_distance and _wider(by_hue.masks, first.masks, width) > FADED
     )
     helps = by_hue.shadow.none_found or by_hue.separation > FAR_APART
-    deepest = first.shadow.level if helps else SHALLOWER * first.shadow.level
+    deepest = first.shadow.deep if helps else SHALLOWER * first.shadow.deep
     if not plain:
         # With few turns ground lies on the axis most of the way, and nothing stands out there by
         # much: then the better of both serves where it is free of deep shadow itself.
         if not by_hue.separation > first.separation:
             return False
         deepest = min(deepest, DEEP_SHADOW)
-    if by_hue.shadow.level >= deepest:
+    if by_hue.shadow.deep >= deepest:
         return False
     # An uneven ground hides shadows; but what is no wider than where they do not count shows none.
     # Between legs ground lies on the axis, and says less of what is seen there.

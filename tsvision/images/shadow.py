@@ -21,38 +21,45 @@ MOST_SOFT = 0.2  # share of borders that may be soft
 
 @dataclass(frozen=True)
 class Shadow:
-    """level: contrast below which a cast shadow could be taken for strings. soft: share of the
-    borders at that level which are soft all the same: much where there is little but shadow.
-    least: contrast that the ground varies by, below which nothing was looked for."""
+    """level: contrast below which a cast shadow could be taken for strings. deep: that below which
+    borders are soft, a shadow's or not. soft: share of the borders there which are soft all the
+    same: much where there is little but shadow. least: contrast that the ground varies by, below
+    which nothing was looked for."""
 
     level: float
+    deep: float
     soft: float
     least: float
 
     @property
     def none_found(self) -> bool:
         """Whether it is the ground alone that says from which contrast on strings are seen."""
-        return self.level <= self.least
+        return self.deep <= self.least
 
 
-NO_SHADOW = Shadow(0.0, 0.0, 0.0)
+NO_SHADOW = Shadow(0.0, 0.0, 0.0, 0.0)
 
 
 def find_shadow(
-    contrast: np.ndarray, inner_px: float, least: float, deepest: float = DEEPEST
+    contrast: np.ndarray,
+    inner_px: float,
+    least: float,
+    deepest: float = DEEPEST,
+    cast: float = DEEPEST,
 ) -> Shadow:
     """The lowest contrast from `least` to `deepest` at which hardly any border of a contrast strip
-    (R, M; strings about 1) within |n| < inner_px is soft."""
+    (R, M; strings about 1) within |n| < inner_px is soft. cast: contrast that a cast shadow has at
+    most."""
     half = contrast.shape[0] // 2
     reach = max(int(inner_px), 4)
     part = np.nan_to_num(contrast[max(half - reach, 0) : half + reach + 1]).astype(np.float32)
     if min(part.shape) < 4:
-        return Shadow(least, 0.0, least)
+        return Shadow(least, least, 0.0, least)
     part = cv2.GaussianBlur(part, (3, 3), 0.6)
     levels = np.arange(least, max(deepest, least) + 0.01, 0.05)
     steps = [_steps(part, float(level)) for level in levels]
     if steps[0].size < 20:
-        return Shadow(least, 0.0, least)
+        return Shadow(least, least, 0.0, least)
     # A blurred step is steepest half way up.
     shape = norm.pdf(norm.ppf(np.clip(levels, 0.05, 0.95))) / norm.pdf(0.0)
     sharp = [np.percentile(s, 75.0) / f for s, f in zip(steps, shape, strict=True) if s.size >= 20]
@@ -60,9 +67,15 @@ def find_shadow(
     share = np.array(
         [(s < limit * f).mean() if s.size >= 20 else 1.0 for s, f in zip(steps, shape, strict=True)]
     )
-    fit = np.flatnonzero(share < MOST_SOFT)
-    chosen = int(fit[0] if fit.size else share.argmin())
-    return Shadow(float(levels[chosen]), float(share[chosen]), float(levels[0]))
+    deep = _hardly_soft(share)
+    level = _hardly_soft(share[: max(int((levels <= max(cast, least)).sum()), 1)])
+    return Shadow(float(levels[level]), float(levels[deep]), float(share[deep]), float(levels[0]))
+
+
+def _hardly_soft(share: np.ndarray) -> int:
+    """The first of some shares (K,) of soft borders that is small, or the smallest."""
+    few = np.flatnonzero(share < MOST_SOFT)
+    return int(few[0] if few.size else share.argmin())
 
 
 def _steps(part: np.ndarray, level: float) -> np.ndarray:

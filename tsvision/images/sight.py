@@ -43,8 +43,9 @@ FEWEST_PX = 24  # on a picture's or region's short side
 SEARCH_PX = 640  # long side of the pictures in which candidate axes are weighed
 STRIP_WIDTHS = 4.0  # of the bundle, to either side, that are looked at along its axis
 # Spreads by which strings stand out along a line, below which it may run between legs most of the
-# way, and how many times as many it is where they are looked for that way.
-FEEBLE, TWICE = 2.0, 2.0
+# way, how many times as many it is where they are looked for that way, and what speaks for that, of
+# what speaks for the line.
+FEEBLE, TWICE, SUPPORTED = 2.0, 2.0, 0.1
 HARDLY = 0.1  # of that: columns for a line, below which it is hardly one
 
 
@@ -202,7 +203,7 @@ def _sight_along(
         # Frames of few turns, which the line was told without, may show legs most of the way. Where
         # none are seen what stands out may be the connector, and nothing supports the line.
         other, there, more = _follow(linears, axis, width, True)
-        shown = other.support > 0.0 and _same(found, other)
+        shown = other.support > SUPPORTED * found.support and _same(found, other)
         if shown and more.separation > TWICE * seen.separation:
             found, strips, seen = other, there, more
     axis, width, between, half = found.axis, found.width_px, found.between, strips[0].half_px
