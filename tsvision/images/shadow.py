@@ -68,7 +68,7 @@ def find_shadow(
         [(s < limit * f).mean() if s.size >= 20 else 1.0 for s, f in zip(steps, shape, strict=True)]
     )
     deep = _hardly_soft(share)
-    level = _hardly_soft(share[: max(int((levels <= max(cast, least)).sum()), 1)])
+    level = _hardly_soft(share[levels <= max(cast, least)])
     return Shadow(float(levels[level]), float(levels[deep]), float(share[deep]), float(levels[0]))
 
 

@@ -46,7 +46,7 @@ STRIP_WIDTHS = 4.0  # of the bundle, to either side, that are looked at along it
 # way, how many times as many it is where they are looked for that way, and what speaks for that, of
 # what speaks for the line.
 FEEBLE, TWICE, SUPPORTED = 2.0, 2.0, 0.1
-HARDLY = 0.1  # of that: columns for a line, below which it is hardly one
+HARDLY = 0.1  # of SEARCH_PX: columns for a line, below which it is hardly one
 
 
 @dataclass(frozen=True)
