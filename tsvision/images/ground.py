@@ -18,31 +18,34 @@ def above_ground(values: np.ndarray, inner_px: float) -> np.ndarray:
     A parabola along s on each side, fitted so that separator, legs and connector count as
     outliers, and a straight line across. NaN-safe.
     """
-    half, count = values.shape[0] // 2, values.shape[1]
-    n = np.arange(-half, half + 1)
-    along = np.linspace(-1.0, 1.0, count)
-    some = slice(None, None, max(1, count // COLUMNS))
-    levels = []
-    for outside in (n < -inner_px, n > inner_px):
-        if not outside.any():
-            outside = np.abs(n) == half
-        rows = np.flatnonzero(outside)
-        seen = nan_median(values[rows[:: max(1, rows.size // ROWS)], some])
-        constant, slope, bend = _robust_parabola(along[some], seen.astype(float))
-        levels.append(constant + along * (slope + along * bend))
-    part = ((n + half) / max(2.0 * half, 1.0)).astype(np.float32)
-    low, high = (level.astype(np.float32) for level in levels)
-    return np.asarray(_less(values, low, high, part))
+    return np.asarray(_above(values, float(inner_px)))
 
 
 @numba.njit(cache=True)
-def _less(values, low, high, part):  # pragma: no cover - compiled
-    """Values (R, M) less what lies between two lines low and high (M,), `part` (R,) of the way from
-    one to the other: in one pass, for these are the most numbers that a frame is made of."""
-    out = np.empty_like(values)
+def _above(values, inner_px):  # pragma: no cover - compiled
+    half, count = values.shape[0] // 2, values.shape[1]
+    along = np.linspace(-1.0, 1.0, count)
+    step = max(1, count // COLUMNS)
+    low, high = np.empty(count, np.float32), np.empty(count, np.float32)
+    for level, sign in ((low, -1), (high, 1)):
+        # Rows -half to half; the outermost alone where none lies farther out.
+        first = min(int(inner_px) + 1, half)
+        rows = half + sign * np.arange(first, half + 1)
+        seen = _column_medians(values[:, ::step][np.sort(rows)[:: max(1, rows.size // ROWS)]])
+        constant, slope, bend = _robust_parabola(along[::step], seen.astype(np.float64))
+        level[:] = constant + along * (slope + along * bend)
+    return _less(values, low, high)
+
+
+@numba.njit(cache=True)
+def _less(values, low, high):  # pragma: no cover - compiled
+    """Values (R, M) less what lies between two lines, low (M,) under the first row and high (M,)
+    under the last: in one pass, for these are the most numbers that a frame is made of."""
+    out, last = np.empty_like(values), max(values.shape[0] - 1.0, 1.0)
     for r in range(values.shape[0]):
+        part = np.float32(r / last)
         for c in range(values.shape[1]):
-            out[r, c] = values[r, c] - (low[c] + (high[c] - low[c]) * part[r])
+            out[r, c] = values[r, c] - (low[c] + (high[c] - low[c]) * part)
     return out
 
 

@@ -7,6 +7,7 @@ since a mirror would swap S and Z.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -33,20 +34,25 @@ class Axis:
     def length_px(self) -> float:
         return float(self.arc_px[-1] - self.arc_px[0])
 
+    @cached_property
+    def _along(self) -> np.ndarray:
+        """Unit vector from the first of the two points of a straight axis to the second."""
+        return np.asarray((self.points_px[1] - self.points_px[0]) / self.length_px)
+
     def at(self, s_px: np.ndarray) -> np.ndarray:
         """x, y (..., 2) at arc length s, continued straight beyond both ends."""
         s = np.asarray(s_px, dtype=float)
         if self.is_straight:
-            u = (self.points_px[1] - self.points_px[0]) / self.length_px
-            place: np.ndarray = self.points_px[0] + (s[..., None] - self.arc_px[0]) * u
+            place: np.ndarray = self.points_px[0] + (s[..., None] - self.arc_px[0]) * self._along
             return place
         return self._inner(s) + self._beyond(s)
 
     def tangent(self, s_px: np.ndarray) -> np.ndarray:
         """Unit tangent (..., 2) at arc length s."""
         if self.is_straight:
-            u = (self.points_px[1] - self.points_px[0]) / self.length_px
-            return np.broadcast_to(u, (*np.shape(s_px), 2)).copy()
+            out = np.empty((*np.shape(s_px), 2))
+            out[...] = self._along
+            return out
         s = np.clip(np.asarray(s_px, dtype=float), self.arc_px[0], self.arc_px[-1])
         slope = np.gradient(self.points_px, self.arc_px, axis=0)
         t = np.stack([np.interp(s, self.arc_px, slope[:, i]) for i in (0, 1)], axis=-1)

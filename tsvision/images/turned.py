@@ -12,6 +12,7 @@ import cv2
 import numba
 import numpy as np
 
+LEVEL = 0.01  # slope below which what lies side by side along the rows is most of a row
 STEEPEST = 0.17  # slope of the axis against rows or columns: beyond, one pass is as quick
 SHARP = np.float32(-0.75)  # of the cubic, as of OpenCV's
 
@@ -26,13 +27,18 @@ def turned(
         return None
     picture, (x, y), (c, s) = _levelled(picture, origin_px, along)
     # Rows of the strip cut every column of the picture: first along the columns, ...
-    columns = np.arange(picture.shape[1])
-    first = y + (columns - x) * (s / c) - half / c
-    by_column = np.empty((columns.size, 2 * half + 1), np.float32)
-    _resampled(cv2.transpose(picture), first, 1.0 / c, by_column)
+    first, width = y - x * (s / c) - half / c, picture.shape[1]
+    if abs(s / c) < LEVEL:
+        by_row = np.empty((2 * half + 1, width), np.float32)
+        _sloping(picture, first, 1.0 / c, s / c, by_row)
+    else:
+        by_column = np.empty((width, 2 * half + 1), np.float32)
+        begins = first + np.arange(width) * (s / c)
+        _resampled(cv2.transpose(picture), begins, 1.0 / c, by_column)
+        by_row = cv2.transpose(by_column)
     # ... then along the rows.
     out = np.empty((2 * half + 1, count), np.float32)
-    _resampled(cv2.transpose(by_column), x - np.arange(-half, half + 1) * s, c, out)
+    _resampled(by_row, x - np.arange(-half, half + 1) * s, c, out)
     return out
 
 
@@ -49,6 +55,46 @@ def _levelled(
     if c < 0.0:
         return cv2.rotate(picture, cv2.ROTATE_180), (right - x, down - y), (-c, -s)
     return picture, (x, y), (c, s)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _sloping(picture, first, apart, slope, out):  # pragma: no cover - compiled
+    """A picture (H, W) along parallel lines that begin at rows first, first + apart, ... and fall
+    by `slope` a column, into out (R, W); NaN where a sample needed lies outside."""
+    one, two, three = np.float32(1.0), np.float32(2.0), np.float32(3.0)
+    height, width = picture.shape
+    falls = np.float32(slope)
+    for r in range(out.shape[0]):
+        begun, row = first + r * apart, out[r]
+        c = 0
+        while c < width:
+            # As long as a line lies between the same rows, samples lie side by side.
+            at = int(np.floor(begun + c * slope))
+            end = width
+            if slope > 0.0:
+                end = int(min(np.ceil((at + 1 - begun) / slope), width))
+            elif slope < 0.0:
+                end = int(min(np.floor((at - begun) / slope) + 1, width))
+            end = max(end, c + 1)
+            if at < 1 or at > height - 3:
+                row[c:end] = np.nan
+            else:
+                before, here = picture[at - 1, c:end], picture[at, c:end]
+                after, beyond = picture[at + 1, c:end], picture[at + 2, c:end]
+                part, into = row[c:end], np.float32(begun + c * slope - at)
+                for j in range(part.size):
+                    t = into + np.float32(j) * falls
+                    u = one - t
+                    w_before, w_beyond = SHARP * t * u * u, SHARP * u * t * t
+                    w_here = ((SHARP + two) * t - (SHARP + three)) * t * t + one
+                    w_after = one - w_here - w_before - w_beyond
+                    part[j] = (
+                        w_before * before[j]
+                        + w_here * here[j]
+                        + w_after * after[j]
+                        + w_beyond * beyond[j]
+                    )
+            c = end
 
 
 @numba.njit(cache=True, error_model="numpy")

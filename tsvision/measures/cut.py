@@ -154,16 +154,30 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
 def _saturated(pixels: np.ndarray, sight: Sight, s_px: np.ndarray) -> float:
     """Share of what lies about the axis at s_px (K,) where the sensor is full, in a channel or
     all."""
-    s = s_px[:: max(1, s_px.size // BURNT_COLUMNS), None]
-    t = sight.axis.tangent(s)
-    off = sight.width_px * BURNT_ROWS[None, :, None] * np.stack([-t[..., 1], t[..., 0]], axis=-1)
-    x, y = np.moveaxis(np.rint(sight.axis.at(s) + off).astype(int), -1, 0)
-    seen = (x >= 0) & (y >= 0) & (x < pixels.shape[1]) & (y < pixels.shape[0])
-    there = pixels[y[seen], x[seen]]
-    if not there.size:
-        return 0.0
-    full = there >= FULL * np.iinfo(pixels.dtype).max
-    return float(np.mean(full if full.ndim == 1 else full.any(axis=1)))
+    s = s_px[:: max(1, s_px.size // BURNT_COLUMNS)]
+    centre, along = sight.axis.at(s), sight.axis.tangent(s)
+    off = sight.width_px * BURNT_ROWS
+    whole = pixels.reshape(*pixels.shape[:2], -1)
+    return float(_full_share(whole, centre, along, off, FULL * np.iinfo(pixels.dtype).max))
+
+
+@numba.njit(cache=True)
+def _full_share(pixels, centre, along, off, full):  # pragma: no cover - compiled
+    """Share of what lies off (K,) px beside points (M, 2) of direction `along` (M, 2), and is in
+    view, that reaches `full` in any channel."""
+    height, width, channels = pixels.shape
+    seen = reached = 0
+    for m in range(centre.shape[0]):
+        for away in off:
+            x = int(np.rint(centre[m, 0] - away * along[m, 1]))
+            y = int(np.rint(centre[m, 1] + away * along[m, 0]))
+            if 0 <= x < width and 0 <= y < height:
+                seen += 1
+                for c in range(channels):
+                    if pixels[y, x, c] >= full:
+                        reached += 1
+                        break
+    return reached / max(seen, 1)
 
 
 @numba.njit(cache=True)

@@ -12,6 +12,7 @@ from tsvision.measures.bundle import SEEN, BundleFit
 from tsvision.measures.helix import Edges
 from tsvision.measures.line import line_through
 from tsvision.measures.silhouette import KC, K
+from tsvision.measures.sums import summed
 from tsvision.measures.weigh import doubt
 from tsvision.records import FrameRow, KnotSighting
 
@@ -41,14 +42,15 @@ def is_smooth(edges: Edges, found: BundleFit) -> bool:
     return found.fit.rms_px > SMOOTH * max(_bent_px(*side) for side in sides)
 
 
-def _bent_px(edge_px: np.ndarray, weight: np.ndarray) -> float:
-    """rms by which an edge differs from a straight line."""
+@numba.njit(cache=True)
+def _bent_px(edge_px, weight):  # pragma: no cover - compiled
+    """rms by which an edge (M,) differs from a straight line."""
     known = weight > SEEN
     if np.count_nonzero(known) < 3:
         return 0.0
-    s, n, w = np.flatnonzero(known).astype(float), edge_px[known], weight[known]
+    s, n, w = np.flatnonzero(known).astype(np.float64), edge_px[known], weight[known]
     constant, slope = line_through(s, n, w)
-    return float(np.sqrt(np.average((n - constant - slope * s) ** 2, weights=w)))
+    return np.sqrt(summed(w * (n - constant - slope * s) ** 2) / summed(w))
 
 
 def turns_disagree(row: FrameRow, near: BundleFit | None) -> bool:
@@ -98,10 +100,20 @@ def clipped(edges: Edges, axis: Axis, shape: tuple[int, ...], diameter_px: float
     """Whether over more than D of the axis an edge of the strings is the border of the picture
     itself, of this shape (H, W, ...). Along the axis the bundle may well go on beyond the view."""
     s_px = edges.s_px
+    if _is_inside(edges, axis, shape):
+        return False
     centre, along = axis.at(s_px), axis.tangent(s_px)
     upper = _at_border(centre, along, edges.upper_px, edges.upper_weight, shape[0], shape[1])
     lower = _at_border(centre, along, edges.lower_px, edges.lower_weight, shape[0], shape[1])
     return bool((upper | lower).sum() > diameter_px)
+
+
+def _is_inside(edges: Edges, axis: Axis, shape: tuple[int, ...]) -> bool:
+    """Whether the edges of the strings all lie well inside the picture, as they mostly do."""
+    far = BORDER_PX + max(np.abs(edges.upper_px).max(), np.abs(edges.lower_px).max())
+    points = axis.at(edges.s_px[[0, -1]]) if axis.is_straight else axis.at(edges.s_px)
+    room = np.array([shape[1], shape[0]]) - 1.0 - points.max(axis=0)
+    return bool(min(points.min(), room.min()) > far)
 
 
 @numba.njit(cache=True)

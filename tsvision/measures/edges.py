@@ -57,7 +57,9 @@ def _match(
     # What is looked up in a window first is added up faster: light, the template's parts, slopes.
     lights, steps, ramps = np.empty(rows), np.empty(rows), np.empty(rows)
     step_slopes, ramp_slopes = np.empty(rows), np.empty(rows)
-    step_ahead, ramp_ahead = step[1:], ramp[1:]
+    table = np.empty((step.size - 1, 4))  # what a sample looks up lies side by side
+    table[:, 0], table[:, 1] = step[:-1], ramp[:-1]
+    table[:, 2], table[:, 3] = np.diff(step), np.diff(ramp)
     per_px = 1.0 / dt
     beside = 0.0  # from the start to the edge, in the column before
     for m in range(columns):
@@ -94,8 +96,8 @@ def _match(
             continue
         e += beside
         beside = 0.0
-        count = float(seen.size)
-        a = c = scale = 1.0
+        share = 1.0 / seen.size
+        a = c = whole = light = 1.0
         rss = move = pull = 0.0
         for _iteration in range(iterations):
             first = (outward * (e - r0) * cos - t0) * per_px
@@ -103,10 +105,9 @@ def _match(
                 x = first - k * steep
                 i = np.int32(x)
                 w = x - i
-                s[k] = (1 - w) * step[i] + w * step_ahead[i]
-                p[k] = (1 - w) * ramp[i] + w * ramp_ahead[i]
-                ds[k] = step_ahead[i] - step[i]
-                dp[k] = ramp_ahead[i] - ramp[i]
+                ds[k], dp[k] = table[i, 2], table[i, 3]
+                s[k] = table[i, 0] + w * ds[k]
+                p[k] = table[i, 1] + w * dp[k]
             s1 = p1 = ss = sp = pp = sy = py = 0.0
             for k in range(seen.size):
                 s1 += s[k]
@@ -117,16 +118,17 @@ def _match(
                 sy += s[k] * seen[k]
                 py += p[k] * seen[k]
             # the ground projected out
-            ss -= s1 * s1 / count
-            pp -= p1 * p1 / count
-            sp -= s1 * p1 / count
-            sy -= s1 * y1 / count
-            py -= p1 * y1 / count
+            s_mean, p_mean = s1 * share, p1 * share
+            ss -= s1 * s_mean
+            pp -= p1 * p_mean
+            sp -= s1 * p_mean
+            sy -= y1 * s_mean
+            py -= y1 * p_mean
             whole = ss + 2.0 * sp + pp
             if whole <= 1e-12:
                 good = False
                 break
-            scale = (sy + py) / whole
+            light = sy + py
             # the step's depth held near 1, the ramp's near it
             ss += hold_step + hold_ramp
             pp += hold_ramp
@@ -136,11 +138,12 @@ def _match(
             if det <= 1e-12:
                 good = False
                 break
-            a = (pp * sy - sp * py) / det
-            c = (ss * py - sp * sy) / det
+            per_det = 1.0 / det
+            a = (pp * sy - sp * py) * per_det
+            c = (ss * py - sp * sy) * per_det
             if c < 0.0:
                 a, c = sy / ss, 0.0
-            g = (y1 - a * s1 - c * p1) / count
+            g = (y1 - a * s1 - c * p1) * share
             d1 = dd = sd = pd = off_d = rss = 0.0
             for k in range(seen.size):
                 d = steep * (a * ds[k] + c * dp[k])
@@ -152,14 +155,14 @@ def _match(
                 off_d += d * off
                 rss += off * off
             # the edge's move, depths and ground projected out; what holds the depths pulls it too
-            sd -= d1 * s1 / count
-            pd -= d1 * p1 / count
+            sd -= d1 * s_mean
+            pd -= d1 * p_mean
             of_c = hold_ramp * (a - c)
             of_a = hold_step * (1.0 - a) - of_c
-            curve = dd - d1 * d1 / count
+            curve = dd - d1 * d1 * share
             if c > 0.0:
-                curve -= (pp * sd * sd - 2.0 * sp * sd * pd + ss * pd * pd) / det
-                off_d += (of_a * (pp * sd - sp * pd) + of_c * (ss * pd - sp * sd)) / det
+                curve -= (pp * sd * sd - 2.0 * sp * sd * pd + ss * pd * pd) * per_det
+                off_d += (of_a * (pp * sd - sp * pd) + of_c * (ss * pd - sp * sd)) * per_det
             else:
                 curve -= sd * sd / ss
                 off_d += of_a * sd / ss
@@ -180,8 +183,8 @@ def _match(
                 break
         if good:
             edge[m], beside = e, e - start[m] if abs(move) < NEARLY_PX else 0.0
-            depth[m] = scale
-            residual[m] = np.sqrt(rss / count)
+            depth[m] = light / whole
+            residual[m] = np.sqrt(rss * share)
 
 
 def match_edges(

@@ -30,7 +30,7 @@ def falloff_along(core: np.ndarray, width_px: float) -> np.ndarray:
     places = (np.arange(count) + 0.5) * columns / count
     levels = _levels(np.nan_to_num(core).astype(float), places, window)
     told = levels > DIMMEST
-    if told.sum() < 2:
+    if told.sum() < 2 or levels[told].min() > EVEN:
         return np.ones(columns)
     known = np.log(np.interp(places, places[told], levels[told]))
     smooth = np.exp(smoothed(known, 0.7, mirrored=False))
