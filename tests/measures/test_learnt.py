@@ -156,6 +156,18 @@ def test_colour_and_brightness_that_tell_about_as_much_are_joined() -> None:
     assert light_sd_px(alike.shading) < light_px
 
 
+def test_brightness_whose_edges_fit_worse_says_as_much_less() -> None:
+    """Red strings of 34.9 px, by colour 35.0: by brightness, in which a lit limb is the ground's,
+    33.8 and as good as certain, in half of the frames, 0.6 px^2 off against 0.1 (`wild 760`)."""
+    colour, well = look_of(0.35), look_of(0.05, diameter_px=18.8)
+    badly = replace(well, rms_px=0.75)
+    heard, hardly = (20.0 - _joined(colour, bright).diameter_px for bright in (well, badly))
+    assert heard > 0.9
+    assert 0.0 < hardly < 0.25
+    in_half = replace(well, frames=3)
+    assert 20.0 - _joined(colour, in_half).diameter_px < 0.25
+
+
 def test_brightness_that_shows_no_limbs_or_nothing_says_nothing() -> None:
     colour = look_of(0.35)
     assert _joined(colour, look_of(0.05, diameter_px=16.5)) == colour

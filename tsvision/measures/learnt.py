@@ -35,6 +35,7 @@ SURER = 0.6  # of the width's uncertainty by colour, which that by brightness ha
 FADED_PX, FADED_RHO, UNSURE = 3.0, 0.6, 2.0
 SHOWN = 75.0  # per cent of the frames whose cores show less: most may be of hardly a turn
 FEWEST = 2  # frames that tell
+LEAST_COST_PX2 = 1e-3  # of edges that fit: less is noise
 MISSED_PX = 1.0  # as much off as this counts an edge that was not found, or in no frame's fit
 
 Pairs = list[tuple[np.ndarray, Cut]]
@@ -119,14 +120,15 @@ def as_sure_as_exposed(learnt: Learnt) -> Learnt:
 
 
 def _joined(colour: EdgeLook, bright: EdgeLook) -> EdgeLook:
-    """Edges by colour that are where both together say, each by how sure it is of the width. What
-    the two differ by is not known."""
+    """Edges by colour that are where both together say, each by how sure it is of the width, and
+    brightness by as much less as its edges fit worse. What the two differ by is not known."""
     # What one frame of several shows by brightness may be legs, or a coil.
     told = bright.frames >= max(min(FEWEST, colour.frames), 1)
     if not (told and _is_whole(bright, colour)):
         return colour
     wide_px = colour.diameter_px - bright.diameter_px
-    sd_px = float(np.hypot(light_sd_px(bright.shading), BRIGHT_SD_PX))
+    alone_px = float(np.hypot(light_sd_px(bright.shading), BRIGHT_SD_PX))
+    sd_px = alone_px * _times_worse(bright, colour)
     shading, wider_px = heard(colour.shading, Witness(wide_px, sd_px), apart_px=wide_px)
     return replace(colour, shading=shading, diameter_px=colour.diameter_px + wider_px)
 
@@ -146,6 +148,13 @@ def _is_whole(bright: EdgeLook, colour: EdgeLook) -> bool:
     unsure_px = UNSURE * light_sd_px(colour.shading)
     faded_px = max(FADED_PX, FADED_RHO * colour.shading[0].rho_px, unsure_px)
     return bright.diameter_px > colour.diameter_px - faded_px
+
+
+def _times_worse(bright: EdgeLook, colour: EdgeLook) -> float:
+    """How many times as far off its edges are, in squares of px, as those by colour; 1 where they
+    are no farther."""
+    cost = max(_cost_px2(colour, colour.frames), LEAST_COST_PX2)
+    return max(_cost_px2(bright, colour.frames) / cost, 1.0)
 
 
 def _cost_px2(look: EdgeLook, frames: int) -> float:
