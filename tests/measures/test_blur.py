@@ -58,6 +58,7 @@ def test_blurs_are_the_frames_where_diameters_agree_better_under_them() -> None:
     # Frames may agree by chance: they have to agree much better.
     chance = np.array([30.8, 31.0, 31.2, 31.5]), np.array([30.95, 31.1, 31.25, 31.4])
     assert not agree_better(*chance)
+    assert not agree_better(np.array([27.2, np.nan]), np.array([np.nan, 27.2]))  # of no frame both
     assert agree_better(np.array([27.2, 28.0, 28.2]), np.array([27.2, 27.5, 27.5]))
     assert not agree_better(np.array([27.2, 28.0, 28.2]), np.array([27.2, 27.9, 27.8]))
     assert not undecided(np.array([0.85, 0.9, np.nan, 0.87, 0.88]))  # equally sharp in any case

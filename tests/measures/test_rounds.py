@@ -110,6 +110,6 @@ def test_of_frames_unlike_in_blur_each_shows_its_width_by_its_own(
         return 20.0
 
     monkeypatch.setattr(rounds, "_own_diameter_px", own)
-    assert widths_px(cuts, section, look) != [20.0]
-    assert widths_px(cuts, section, replace(look, steady=False)) == [20.0]
+    assert list(widths_px(cuts, section, look).values()) != [20.0]
+    assert list(widths_px(cuts, section, replace(look, steady=False)).values()) == [20.0]
     assert 0.3 < blurred[0] < 3.0

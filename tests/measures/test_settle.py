@@ -14,7 +14,7 @@ from tsvision.measures import settle
 from tsvision.measures.blur import with_blur
 from tsvision.measures.recording import Measurer
 from tsvision.measures.rounds import EdgeLook
-from tsvision.measures.settle import _holds, _sent, _unstrained
+from tsvision.measures.settle import _grown_px, _holds, _sent, _unstrained
 from tsvision.measures.shading import plain_shading
 from tsvision.measures.uncertainty import light_sd_px
 from tsvision.measures.windows import learning_windows, near_window
@@ -77,9 +77,9 @@ class Stuck:
     def __init__(self, off_px: float, sd_px: float, apart_px: float = 0.0) -> None:
         self.off_px, self.sd_px, self.apart_px = off_px, sd_px, apart_px
 
-    def __call__(self, _cuts: object, _section: object, look: EdgeLook) -> list[float]:
+    def __call__(self, _cuts: object, _section: object, look: EdgeLook) -> dict[int, float]:
         here = 20.0 - self.off_px + look.shading[0].beyond_px
-        return [here - 0.1, here, here + 0.1]
+        return dict(enumerate([here - 0.1, here, here + 0.1]))
 
     def rounds(self) -> list[EdgeLook]:
         shade = replace(plain_shading(5.0), place_sd_px=self.sd_px)
@@ -110,6 +110,37 @@ def test_a_width_is_as_unsure_as_rounds_lie_apart(monkeypatch: pytest.MonkeyPatc
     look = sent(monkeypatch, Stuck(2.0, 0.1, 0.8))
     assert look.diameter_px == pytest.approx(20.0)
     assert 0.8 < light_sd_px(look.shading) < 1.6
+
+
+def test_rounds_are_held_against_those_frames_alone_that_they_speak_of(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Six strings grow from 58 to 68 px in ten turns: rounds that the first two frames had told
+    59.5 px were sent there in all eight, and 3 px thin bundles stated to 8."""
+    cuts = [SimpleNamespace(in_colour=False, wide_px=20.0 + i) for i in range(8)]
+    monkeypatch.setattr(settle, "widths_px", lambda some, *_: {id(c): c.wide_px for c in some})
+    shade = replace(plain_shading(5.0), place_sd_px=0.1)
+    shown = frozenset(id(cut) for cut in cuts[:2])
+    rounds = [
+        EdgeLook((shade, shade), 20.5, places_px=(moved, 0.0), shown=shown)
+        for moved in (0.15, -0.15, 0.15, -0.15, 0.15)
+    ]
+    look = _sent(cuts, None, rounds[-1], rounds)  # type: ignore[arg-type]
+    assert look.shading[0].beyond_px == 0.0
+    assert look.diameter_px == pytest.approx(20.5)
+    assert light_sd_px(look.shading) < 1.2
+
+
+def test_what_bundles_grow_by_is_told_from_what_frames_differ_by() -> None:
+    growing = 58.0 + 1.3 * np.arange(8)
+    each = dict(enumerate(growing))
+    assert growing - _grown_px(each, frozenset({0, 1})) == pytest.approx(np.full(8, 58.65))
+    each[5] -= 20.0  # one that shows something else
+    level = np.array(list(each.values())) - _grown_px(each, frozenset({0, 1}))
+    assert np.median(level) == pytest.approx(58.65, abs=0.3)
+    assert np.std(level) > 5.0
+    few = {0: 76.7, 1: 75.3, 2: 67.1}
+    assert not _grown_px(few, frozenset({0})).any()  # three show no growth
 
 
 @pytest.mark.parametrize(

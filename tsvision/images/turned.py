@@ -28,6 +28,7 @@ def turned(
     picture, (x, y), (c, s) = _levelled(picture, origin_px, along)
     # Rows of the strip cut every column of the picture: first along the columns, ...
     first, width = y - x * (s / c) - half / c, picture.shape[1]
+    by_row: np.ndarray
     if abs(s / c) < LEVEL:
         by_row = np.empty((2 * half + 1, width), np.float32)
         _sloping(picture, first, 1.0 / c, s / c, by_row)

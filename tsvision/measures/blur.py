@@ -132,4 +132,6 @@ def agree_better(shared_px: np.ndarray, own_px: np.ndarray) -> bool:
     """Whether a straight bundle's diameters (K,) agree much better under each frame's own blur than
     under one for all: it is the same bundle in every frame."""
     known = np.isfinite(shared_px) & np.isfinite(own_px)
+    if np.count_nonzero(known) < 2:
+        return False
     return bool(np.std(own_px[known]) < AGREE * np.std(shared_px[known]))

@@ -47,7 +47,7 @@ class EdgeLook:
     many a bundle was fitted, rms_px: its residuals, the median, and matched: share of its columns
     whose edges were found, in the last round; apart_px: sd of the widths that frames show, where
     rounds went to and fro; coils: fitted in it, each by its cut's id, which the next begins
-    from."""
+    from; shown: ids of the cuts that it was told by, those that fit best."""
 
     shading: tuple[Shading, Shading]
     diameter_px: float
@@ -61,6 +61,7 @@ class EdgeLook:
     matched: float = 0.0
     apart_px: float = 0.0
     coils: dict[int, BundleFit] = field(default_factory=dict)
+    shown: frozenset[int] = frozenset()
 
     @property
     def moved_px(self) -> float:
@@ -109,6 +110,7 @@ def next_look(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
         rms_px=float(np.median([f.bundle.fit.rms_px for f in fits])),
         matched=float(np.median([f.edges.both_seen[f.cut.silhouette.bundle].mean() for f in fits])),
         coils=coils,
+        shown=frozenset(id(f.cut) for f in fits),
     )
     taught = _taught(fits, shape, look.shading[0].blur_px)
     if taught is None:  # what the round before moved edges by is not proved
@@ -127,9 +129,9 @@ def next_look(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
     )
 
 
-def widths_px(cuts: list[Cut], section: Section, look: EdgeLook) -> list[float]:
-    """D as each of the frames shows it under a look, by its own blur where they are not equally
-    sharp; those left out that show none."""
+def widths_px(cuts: list[Cut], section: Section, look: EdgeLook) -> dict[int, float]:
+    """D as each of the frames shows it under a look, by its cut's id and in the cuts' order, by its
+    own blur where they are not equally sharp; those left out that show none."""
     seen = [(cut, replace(find_edges(cut, look.shading), trust=look.trust)) for cut in cuts]
     fits = _fitted(seen, section, look.diameter_px, coil=False)
     straight = {id(f.cut) for f in fits}
@@ -139,7 +141,8 @@ def widths_px(cuts: list[Cut], section: Section, look: EdgeLook) -> list[float]:
         found = [f.bundle.fit.diameter_px for f in fits]
     else:
         found = _own_diameters_px(fits, _blurs_px(fits, look.shading), section, look)
-    return [px for px in _of_frames(fits, np.array(found)).values() if np.isfinite(px)]
+    each = _of_frames(fits, np.array(found))
+    return {id(cut): each[id(cut)] for cut in cuts if np.isfinite(each.get(id(cut), np.nan))}
 
 
 def _taught(

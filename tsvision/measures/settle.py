@@ -16,6 +16,7 @@ from tsvision.measures.uncertainty import light_sd_px, place_sd_px
 ROUNDS = (2, 8, 14)  # at least, at most, and at most while each moves the edges less, ...
 SETTLED_PX = 0.1  # ... until their places move by no more
 TAKEN_BACK = 2.0 * 2.0**0.5  # sds of a width from which two of them contradict each other
+GROWS_FROM = 3  # frames, from more than which on it is told whether a bundle does
 SHIFTS, FURTHEST_SHIFT = 4, 0.6  # times that edges are sent elsewhere, and how far, in radii
 
 
@@ -81,8 +82,9 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
     Along a limb that sends little light columns match the border of what is lit as often as the
     limb, by which template it is one or the other, and rounds go to and fro by pixels. What each
     says of the true width, from the mean edge along whatever was found, differs far less. Under a
-    template that is held the edges do go where they are sent. What is told by its hue stays where
-    it is: that fades at a limb for other reasons than light does.
+    template that is held the edges do go where they are sent, in those frames that the rounds speak
+    of: six strings are a sixth thicker after ten turns. What is told by its hue stays where it is:
+    that fades at a limb for other reasons than light does.
     """
     if any(cut.in_colour for cut in cuts):
         return look
@@ -91,14 +93,17 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
     spread_px = 1.4826 * float(np.median(np.abs(said_px - width_px)))
     light_px = float(np.median([light_sd_px(r.shading) for r in rounds]))
     look = replace(look, shading=_as_sure(look.shading, float(np.hypot(spread_px, light_px))))
+    shown = frozenset[int]().union(*(r.shown for r in rounds))
     side = int(np.argmin(look.trust))
     off_px = 0.0
     for sent in range(SHIFTS):
         each_px = widths_px(cuts, section, look)
         if not each_px:
             break
-        off_px = width_px - float(np.median(each_px))
-        look = replace(look, apart_px=float(np.std(each_px)))
+        grown_px = _grown_px(each_px, shown)
+        level_px = np.array(list(each_px.values())) - grown_px
+        off_px = width_px - float(np.median(level_px))
+        look = replace(look, apart_px=float(np.std(level_px)))
         # What the light is not sure of stays where it is.
         if abs(off_px) < (SETTLED_PX if sent else max(SETTLED_PX, light_px)):
             break
@@ -108,3 +113,15 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
         shading = (moved, look.shading[1]) if side == 0 else (look.shading[0], moved)
         look = replace(look, shading=shading, diameter_px=width_px)
     return less_sure(look, place_sd_px(float(np.hypot(off_px, look.apart_px))))
+
+
+def _grown_px(each_px: dict[int, float], shown: frozenset[int]) -> np.ndarray:
+    """By how much (K,) bundles are thicker in each frame, in order of their turns, than in those
+    shown, as they steadily grow: the median of what they do from any frame to any other."""
+    at, px = np.arange(len(each_px)), np.array(list(each_px.values()))
+    if at.size <= GROWS_FROM:
+        return np.zeros(at.size)
+    first, last = np.triu_indices(at.size, 1)
+    growth_px = float(np.median((px[last] - px[first]) / (at[last] - at[first])))
+    told = np.array([cut in shown for cut in each_px])
+    return growth_px * (at - np.mean(at[told] if told.any() else at))
