@@ -112,7 +112,7 @@ def test_a_width_is_as_unsure_as_rounds_lie_apart(monkeypatch: pytest.MonkeyPatc
     assert 0.8 < light_sd_px(look.shading) < 1.6
 
 
-def test_rounds_are_held_against_those_frames_alone_that_they_speak_of(
+def test_edges_are_not_sent_to_what_bundles_grow_by(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Six strings grow from 58 to 68 px in ten turns: rounds that the first two frames had told

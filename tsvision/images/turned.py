@@ -59,10 +59,23 @@ def _levelled(
 
 
 @numba.njit(cache=True, error_model="numpy")
+def _between(before, here, after, beyond, begun, drift, out):  # pragma: no cover - compiled
+    """Cubic through four neighbours of each sample (K,), `begun` of the way from `here` to `after`
+    at the first, `drift` more at each, into out (K,)."""
+    one, two, three = np.float32(1.0), np.float32(2.0), np.float32(3.0)
+    for j in range(out.size):
+        t = begun + np.float32(j) * drift
+        u = one - t
+        w_before, w_beyond = SHARP * t * u * u, SHARP * u * t * t
+        w_here = ((SHARP + two) * t - (SHARP + three)) * t * t + one
+        w_after = one - w_here - w_before - w_beyond
+        out[j] = w_before * before[j] + w_here * here[j] + w_after * after[j] + w_beyond * beyond[j]
+
+
+@numba.njit(cache=True, error_model="numpy")
 def _sloping(picture, first, apart, slope, out):  # pragma: no cover - compiled
     """A picture (H, W) along parallel lines that begin at rows first, first + apart, ... and fall
     by `slope` a column, into out (R, W); NaN where a sample needed lies outside."""
-    one, two, three = np.float32(1.0), np.float32(2.0), np.float32(3.0)
     height, width = picture.shape
     falls = np.float32(slope)
     for r in range(out.shape[0]):
@@ -83,25 +96,13 @@ def _sloping(picture, first, apart, slope, out):  # pragma: no cover - compiled
                 before, here = picture[at - 1, c:end], picture[at, c:end]
                 after, beyond = picture[at + 1, c:end], picture[at + 2, c:end]
                 part, into = row[c:end], np.float32(begun + c * slope - at)
-                for j in range(part.size):
-                    t = into + np.float32(j) * falls
-                    u = one - t
-                    w_before, w_beyond = SHARP * t * u * u, SHARP * u * t * t
-                    w_here = ((SHARP + two) * t - (SHARP + three)) * t * t + one
-                    w_after = one - w_here - w_before - w_beyond
-                    part[j] = (
-                        w_before * before[j]
-                        + w_here * here[j]
-                        + w_after * after[j]
-                        + w_beyond * beyond[j]
-                    )
+                _between(before, here, after, beyond, into, falls, part)
             c = end
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _resampled(lines, first, step, out):  # pragma: no cover - compiled
     """Every line (R, M) at first, first + step, ... (R,), into out (R, K); NaN beyond its ends."""
-    one, two, three = np.float32(1.0), np.float32(2.0), np.float32(3.0)
     last, count = lines.shape[1] - 2, out.shape[1]
     drift = np.float32(step - 1.0)
     for r in range(lines.shape[0]):
@@ -124,16 +125,5 @@ def _resampled(lines, first, step, out):  # pragma: no cover - compiled
                 before, here = line[at - 1 : high + off - 1], line[at : high + off]
                 after, beyond = line[at + 1 : high + off + 1], line[at + 2 : high + off + 2]
                 part, begun = row[low:high], np.float32(first[r] + low * step - at)
-                for j in range(part.size):
-                    t = begun + np.float32(j) * drift
-                    u = one - t
-                    w_before, w_beyond = SHARP * t * u * u, SHARP * u * t * t
-                    w_here = ((SHARP + two) * t - (SHARP + three)) * t * t + one
-                    w_after = one - w_here - w_before - w_beyond
-                    part[j] = (
-                        w_before * before[j]
-                        + w_here * here[j]
-                        + w_after * after[j]
-                        + w_beyond * beyond[j]
-                    )
+                _between(before, here, after, beyond, begun, drift, part)
             k = end
