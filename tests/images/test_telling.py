@@ -98,6 +98,14 @@ def test_a_black_strand_does_not_vanish_beside_a_far_brighter_one() -> None:
     assert distance_for(np.concatenate(both), ground).way is Way.ACROSS
 
 
+def test_a_lit_black_strand_does_not_vanish_on_a_dim_ground() -> None:
+    """Black beside blue on dark brown, at half of its light: D came out up to 7 px of 37 wide, and
+    pitches twice as long (`wild 798`)."""
+    blue, black = (0.42, 0.13, 0.07), (0.05, 0.05, 0.05)
+    axis = np.concatenate([seen(blue, 720, 0.4), seen(black, 200, 0.8), seen((0.4, 0.5, 0.5), 80)])
+    assert distance_for(axis, seen((0.075, 0.1, 0.12), 2000, 0.9)).way is Way.DISTANCE
+
+
 def test_a_ground_without_light_has_no_shadow_to_be_afraid_of() -> None:
     """Blue beside warm white before near-black: across the hardly any light of the ground the white
     strand stood out by a fifth of the blue one. Pitches were twice the true ones, D 4 px of 23

@@ -42,7 +42,7 @@ SHADOWS = 0.15  # of how far strings stand out: a ground with less light has no 
 # Strands of the ground's own hue, white on grey or black, stand out along its colour alone: by so
 # many times its light, which no mixture of hues does, or darker than a shadow leaves it; and the
 # share of the samples on strings that may.
-BRIGHTER, DARKER, OF_ITS_HUE = 2.0, 0.6, 0.15
+BRIGHTER, DARKER, OF_ITS_HUE = 2.0, 0.5, 0.15
 OFF = 5.0  # spreads of the ground's colour from which a sample is not of it
 
 LIMB = 0.25  # of the strings' light
