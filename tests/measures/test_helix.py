@@ -12,6 +12,7 @@ from tsvision.measures.silhouette import (
     COILED,
     EDGE,
     KC,
+    OPEN,
     PARAMETERS,
     PHI,
     PHIC,
@@ -28,9 +29,9 @@ from tsvision.measures.silhouette import (
 
 
 def parameters(**values: float) -> np.ndarray:
-    """(10,) with the names as given, the rest 0."""
+    """(11,) with the names as given, the rest 0."""
     place = {"rho": RHO, "k": K, "phi": PHI, "y0": Y0, "slope": SLOPE, "rc": RC, "kc": KC,
-             "phic": PHIC, "edge": EDGE, "tilt": TILT}  # fmt: skip
+             "phic": PHIC, "edge": EDGE, "tilt": TILT, "open": OPEN}  # fmt: skip
     p = np.zeros(PARAMETERS)
     for name, value in values.items():
         p[place[name]] = value
@@ -61,7 +62,7 @@ def discs(p: np.ndarray, count: int, strings: int) -> tuple[np.ndarray, np.ndarr
     at = np.arange(count) - 0.5 * (count - 1)
     upper, lower = np.full(count, -np.inf), np.full(count, np.inf)
     for radius, angle in zip(section.radius_d, section.angle_rad, strict=True):
-        s, y = centre(p, 2.0 * p[RHO] * radius, angle, z)
+        s, y = centre(p, 2.0 * p[RHO] * (1.0 + p[OPEN]) * radius, angle, z)
         for i, x in enumerate(at):
             near = np.abs(s - x) < p[RHO]
             half = np.sqrt(p[RHO] ** 2 - (s[near] - x) ** 2)
@@ -78,6 +79,9 @@ SHAPES = [
     (2, parameters(rho=5.0, k=0.12, phi=0.4, rc=3.0, kc=0.09, phic=0.8)),
     (8, parameters(rho=4.0, k=0.05, phi=0.3, tilt=0.08)),
     (2, parameters(rho=5.0, k=0.12, phi=0.4, rc=3.0, kc=0.09, phic=0.8, tilt=-0.08)),
+    (6, parameters(rho=4.0, k=0.08, phi=0.3, open=0.2)),
+    (6, parameters(rho=4.0, k=0.08, phi=0.3, tilt=0.08, open=0.2)),
+    (4, parameters(rho=4.0, k=0.1, phi=0.3, rc=3.0, kc=0.07, phic=0.8, open=0.1)),
 ]
 
 
@@ -102,13 +106,13 @@ def test_untwisted_strands_side_by_side_are_as_wide_as_their_diameters() -> None
 @pytest.mark.parametrize(("strings", "p"), SHAPES)
 def test_the_gradient_is_that_of_finite_differences(strings: int, p: np.ndarray) -> None:
     """Summed over the window: single columns jump where the outermost strand changes."""
-    from tsvision.measures.helix import Problem, _normal_equations
+    from tsvision.measures.helix import UNHELD, Problem, _normal_equations
 
     count, z0 = 80, -39.5
     section = pair_core(strings)
     ones = np.ones((2, count))
     exact = np.stack(model_edges(p, section, z0, count))
-    asked = (*(STRAIGHT if p[RC] == 0.0 else COILED), TILT)
+    asked = (*(STRAIGHT if p[RC] == 0.0 else COILED), TILT, OPEN)
 
     def right_side(index: int, side: int) -> float:
         # Edges seen 1 px above the model: the right side is the gradient's sum.
@@ -117,12 +121,12 @@ def test_the_gradient_is_that_of_finite_differences(strings: int, p: np.ndarray)
         normal, right = np.empty((PARAMETERS, PARAMETERS)), np.empty(PARAMETERS)
         free = np.arange(PARAMETERS)
         outline = section.radius_d, section.angle_rad
-        problem = Problem(*outline, z0, seen, ones, ones, 1e4, 0.35, 0.0)
+        problem = Problem(*outline, z0, seen, ones, ones, 1e4, 0.35, UNHELD)
         _normal_equations(p, free, problem, normal, right)
         return float(right[index])
 
     for index in asked:
-        step = 1e-4 * (1.0 if index in (RHO, PHI, Y0, RC, PHIC, EDGE, TILT) else 1e-2)
+        step = 1e-4 * (1.0 if index in (RHO, PHI, Y0, RC, PHIC, EDGE, TILT, OPEN) else 1e-2)
         moved = []
         for sign in (1.0, -1.0):
             q = p.copy()
@@ -214,9 +218,8 @@ def test_a_fit_of_exact_edges_returns_what_drew_them(strings: int, p: np.ndarray
     free = tuple(i for i in (STRAIGHT if p[RC] == 0.0 else COILED) if i != EDGE)
     fit = fit_helix(seen, pair_core(strings), start, free)
     section = pair_core(strings)
-    assert fit.diameter_px == pytest.approx(
-        2.0 * p[RHO] * section.diameter_d, abs=0.02 if p[RC] == 0.0 else 0.04
-    )
+    drawn = 2.0 * p[RHO] * (1.0 + 2.0 * section.radius_d.max() * (1.0 + p[OPEN]))
+    assert fit.diameter_px == pytest.approx(drawn, abs=0.02 if p[RC] == 0.0 else 0.04)
     assert fit.p[K] == pytest.approx(p[K], rel=1e-3)
     assert fit.rms_px < 0.03
 

@@ -53,7 +53,7 @@ def _better(
     expected: float,
     scale_px: float,
 ) -> HelixFit:
-    """The best of a fit and of those that follow from `starts`, (10,) each."""
+    """The best of a fit and of those that follow from `starts`, (11,) each."""
     wide = 2.0 * scale_px / small.factor
     tried = [
         descend(small.edges, best.section, small.down(p), FREE_COILED, wide, STEPS) for p in starts
@@ -93,7 +93,7 @@ def _phases(fit: HelixFit) -> np.ndarray:
 
 
 def _turned(fit: HelixFit, rate: float, phase: float) -> np.ndarray:
-    """(10,) the same coil with other strands about it."""
+    """(11,) the same coil with other strands about it."""
     p: np.ndarray = fit.p.copy()
     p[[K, PHI]] = rate, phase
     return p

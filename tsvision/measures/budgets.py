@@ -13,7 +13,6 @@ from tsvision.measures.followed import follow
 from tsvision.measures.helix import Edges, HelixFit
 from tsvision.measures.laid import laid_along
 from tsvision.measures.looks import Looks
-from tsvision.measures.silhouette import RHO
 from tsvision.measures.weigh import weighed
 from tsvision.records import FrameRow
 
@@ -114,5 +113,5 @@ def connector_px(looks: Looks) -> float:
 
 def _lay(fit: HelixFit) -> float:
     """Length of string per length of bundle, rms over the strands."""
-    away = np.sqrt(np.mean((2 * fit.p[RHO] * fit.section.radius_d) ** 2))
+    away = np.sqrt(np.mean(fit.strands_off_px**2))
     return float(np.sqrt(1.0 + (2 * np.pi * away / fit.pitch_px) ** 2))

@@ -206,7 +206,7 @@ def _carried_on(
     grown = expected_rate / before.expected_rate if before.expected_rate > 0.0 else NAN
     moved = rate * float(np.clip(grown, 0.7, 1.4)) if np.isfinite(grown) else rate
     if not fit.coiled and expected_rate > 0.0:
-        led = straight_at(part, section, diameter, moved, scale_px)
+        led = straight_at(part, fit, moved, scale_px)
         if led is not None and led.cost < LED_ON * fit.cost + 0.01:
             return replace(led, relief=fit.relief)  # the same strands, under the same light
     margin = 0.04 * abs(rate) + 0.2 / max(float(np.ptp(part.s_px)), 1.0)
@@ -276,8 +276,10 @@ def _by_outline(fit: HelixFit, expected_rate: float) -> float:
 
 
 def _in_step(fit: HelixFit) -> bool:
-    """Whether all along a fit one coil takes one lobe of the strands. Under light from one side the
-    dark limb's edge is seen where the light ends, which goes to and fro with the lobes: such a coil
-    describes it, and its torsion adds up to a third to the strands' pitch."""
-    beat = fit.section.lobes * abs(float(fit.p[K])) - float(fit.p[KC])
-    return abs(beat) * (fit.z_px[1] - fit.z_px[0]) < np.pi
+    """Whether all along a fit one coil takes one lobe of the strands, or as much of their turn as
+    their section repeats by. Under light from one side the dark limb's edge is seen where the light
+    ends, which goes to and fro with the lobes: such a coil describes it, and its torsion adds up to
+    two thirds to the strands' pitch."""
+    rate, coils = abs(float(fit.p[K])), float(fit.p[KC])
+    beat = min(abs(a_turn * rate - coils) for a_turn in (fit.section.lobes, fit.section.fold))
+    return beat * (fit.z_px[1] - fit.z_px[0]) < np.pi

@@ -18,7 +18,7 @@ import numpy as np
 
 from tsvision.measures.bundle import FLANK, SCALE_PX, BundleFit
 from tsvision.measures.coil_radius import coil_px
-from tsvision.measures.helix import Edges, Problem, minimise
+from tsvision.measures.helix import Edges, Hold, Problem, minimise
 from tsvision.measures.reduced import reduced
 from tsvision.measures.silhouette import KC, PHI, PHIC, RC, SLOPE, Y0, K, moved, rescaled, twist
 from tsvision.measures.weigh import POOR, noise_cost
@@ -111,7 +111,7 @@ def follow(found: BundleFit, edges: Edges, start_px: float, end_px: float) -> Fo
 def _fitted(
     p, places, half, observed, weights, worth, site_radius, site_angle, scale, most, steps
 ):  # pragma: no cover - compiled
-    """Parameters (K, 10), costs (K,) and whether they hold (K,) at places (K,), one behind the
+    """Parameters (K, 11), costs (K,) and whether they hold (K,) at places (K,), one behind the
     other, each fitted from the last that held. Parameters and places count from the middle of the
     edges (2, M)."""
     count = observed.shape[1]
@@ -119,6 +119,7 @@ def _fitted(
     found = np.empty((places.size, p.size))
     costs, good = np.full(places.size, np.inf), np.zeros(places.size, np.bool_)
     unused = np.empty((FREE.size, FREE.size))
+    unheld = Hold(np.zeros(p.size), np.zeros(p.size))
     own, coils, last = twist(p), p[KC], p
     for k in range(places.size):
         low = max(int(np.ceil(places[k] - half - first)), 0)
@@ -139,7 +140,7 @@ def _fitted(
             worth[:, low:high].copy(),
             scale,
             SAMPLING_PX,
-            0.0,
+            unheld,
         )
         q, cost, total = minimise(moved(last, middle), FREE, problem, steps, unused)
         found[k] = moved(q, -middle)

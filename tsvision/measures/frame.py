@@ -20,6 +20,7 @@ from tsvision.measures.doubts import (
     clipped,
     edges_poor,
     is_smooth,
+    is_tapered,
     knots_unsure,
     less_sure_of_pitch,
     turns_disagree,
@@ -30,7 +31,7 @@ from tsvision.measures.helix import Edges
 from tsvision.measures.legs import apex_from_legs
 from tsvision.measures.looks import Looks
 from tsvision.measures.outline import add_outline
-from tsvision.measures.silhouette import KC, K
+from tsvision.measures.silhouette import KC, RHO, K
 from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px, rests_on_shape
 from tsvision.measures.unmatched import with_outline
 from tsvision.measures.weigh import unsure
@@ -85,7 +86,8 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
     if near is not None and is_aslant(near.fit):
         return _failed(row, Flag.NO_BUNDLE), warm
     if near is not None and is_smooth(edges, near):
-        if near.fit.diameter_px < LEG * looks.possible_px[0]:
+        is_leg = near.fit.diameter_px < LEG * looks.possible_px[0]
+        if is_leg or is_tapered(edges, near):
             return _failed(row, Flag.NO_BUNDLE), warm
         near, mid, flags = None, None, flags | Flag.TOO_FEW_TURNS
     row, flags = _bundle_values(row, flags, near, mid, edges, looks)
@@ -207,12 +209,11 @@ def _bundle_values(
     d_sd = diameter_sd_px(fit, looks.shading)
     p_sd = pitch_sd_px(fit, looks.shading[0].blur_px)
     beta = float(np.arctan(tan_beta))
-    section = looks.section
     if unsure(fit):
         flags |= Flag.COIL_UNSURE
     if rests_on_shape(looks.shading, d):
         flags |= Flag.LIMB_UNSEEN
-    outer = section.radius_d.max() / (0.5 * section.diameter_d)
+    outer = 1.0 - 2.0 * float(fit.p[RHO]) / d  # a strand's centre, of the bundle's radius
     lay = float(np.arctan(tan_beta * outer))
     relative_scale = looks.scale.mm_per_px_sd / scale if scale == scale else NAN
     d_mm_sd = float(np.hypot(d_sd * scale, d * scale * relative_scale))

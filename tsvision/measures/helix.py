@@ -14,10 +14,10 @@ from tsvision.measures.line import slope_of
 from tsvision.measures.relief import explained
 from tsvision.measures.silhouette import (
     KC,
+    OPEN,
     PARAMETERS,
     RC,
     RHO,
-    TILT,
     K,
     Section,
     gradient,
@@ -34,11 +34,22 @@ ROUGHLY = 6  # steps of a fit, after which it is known by how much blur moves th
 LEAST_GAIN = 1e-5  # of what is left, by which a step has to better a fit to be worth its time
 
 
+class Hold(NamedTuple):
+    """What is known of free parameters beforehand: px2 (11,), px^2 that lying 1 off toward (11,)
+    costs."""
+
+    toward: np.ndarray
+    px2: np.ndarray
+
+
+UNHELD = Hold(np.zeros(PARAMETERS), np.zeros(PARAMETERS))
+
+
 class Problem(NamedTuple):
     """What a silhouette is fitted to. site_radius, site_angle (N,): the section's outer strands;
     observed (2, M): edges at z0_px, z0_px + 1, ..., each counted by weights (2, M), and its
     residual by worth (2, M); scale_px: residual at which an edge point begins to count less;
-    step_px: sampling along a strand; tilt_hold: px^2 that a tilt of 1 costs, where it is free."""
+    step_px: sampling along a strand; hold: of the free parameters."""
 
     site_radius: np.ndarray
     site_angle: np.ndarray
@@ -48,7 +59,7 @@ class Problem(NamedTuple):
     worth: np.ndarray
     scale_px: float
     step_px: float
-    tilt_hold: float
+    hold: Hold
 
 
 @dataclass(frozen=True)
@@ -122,7 +133,7 @@ class Edges:
 
 @dataclass(frozen=True)
 class HelixFit:
-    """Result of a fit: `p` (10,) and its covariance (10, 10), rms residual px (counted by `worth`),
+    """Result of a fit: `p` (11,) and its covariance (11, 11), rms residual px (counted by `worth`),
     robust cost; blur_px of the edges fitted; relief: share of the light inside that it explains, 0
     where not looked at."""
 
@@ -154,7 +165,13 @@ class HelixFit:
 
     @property
     def diameter_px_sd(self) -> float:
-        return float(2.0 * self.section.diameter_d * np.sqrt(max(self.covariance[RHO, RHO], 0.0)))
+        return float(np.sqrt(max(self.derived[1][0, 0], 0.0)))
+
+    @property
+    def strands_off_px(self) -> np.ndarray:
+        """How far each strand's centre lies from the bundle's, (N,)."""
+        off: np.ndarray = 2.0 * self.p[RHO] * (1.0 + self.p[OPEN]) * self.section.radius_d
+        return off
 
     @property
     def pitch_px(self) -> float:
@@ -181,7 +198,7 @@ class HelixFit:
 
         base = values(self.p)
         jac = np.zeros((3, PARAMETERS))
-        for i in (RHO, K, RC, KC) if self.coiled else (RHO, K):
+        for i in (RHO, K, OPEN, RC, KC) if self.coiled else (RHO, K, OPEN):
             step = 1e-5 * max(abs(self.p[i]), 1e-3)
             moved = self.p.copy()
             moved[i] += step
@@ -190,7 +207,7 @@ class HelixFit:
 
 
 def _diameter_px(p: np.ndarray, section: Section) -> float:
-    return float(2.0 * p[RHO] * section.diameter_d)
+    return float(2.0 * p[RHO] * (1.0 + (section.diameter_d - 1.0) * (1.0 + p[OPEN])))
 
 
 def _pitch_px(p: np.ndarray) -> float:
@@ -212,10 +229,10 @@ def descend(
     free: tuple[int, ...],
     scale_px: float,
     iterations: int,
-    tilt_hold: float = 0.0,
+    hold: Hold = UNHELD,
 ) -> tuple[np.ndarray, float]:
-    """A few steps of the fit from `start` (10,): parameters and mean robust cost, nothing else."""
-    problem = _problem(edges, section, edges.observed, scale_px, _step(start), tilt_hold)
+    """A few steps of the fit from `start` (11,): parameters and mean robust cost, nothing else."""
+    problem = _problem(edges, section, edges.observed, scale_px, _step(start), hold)
     free_ids = np.array(free, dtype=np.int64)
     normal = np.empty((len(free), len(free)))
     p, cost, total = minimise(np.asarray(start, dtype=float), free_ids, problem, iterations, normal)
@@ -228,12 +245,12 @@ def _problem(
     observed: np.ndarray,
     scale_px: float,
     step_px: float,
-    tilt_hold: float,
+    hold: Hold,
 ) -> Problem:
     """Edges observed (2, M), z counted from their middle."""
     z0_px = 0.5 * float(edges.s_px[0] - edges.s_px[-1])
     weights, worth = edges.trusted, edges.worth
-    return Problem(*section.outer, z0_px, observed, weights, worth, scale_px, step_px, tilt_hold)
+    return Problem(*section.outer, z0_px, observed, weights, worth, scale_px, step_px, hold)
 
 
 def _step(p: np.ndarray) -> float:
@@ -249,13 +266,12 @@ def fit_helix(
     scale_px: float = 0.5,
     iterations: int = 25,
     near: bool = False,
-    tilt_hold: float = 0.0,
+    hold: Hold = UNHELD,
 ) -> HelixFit:
-    """Fit the silhouette to a window of edges, from `start` (10,), over the `free` parameters.
+    """Fit the silhouette to a window of edges, from `start` (11,), over the `free` parameters.
 
     scale_px: residual at which an edge point begins to count less (Geman-McClure). z is counted
-    from the middle. near: whether the start shows the outline roughly already. tilt_hold: px^2 that
-    a tilt of 1 costs, where it is free.
+    from the middle. near: whether the start shows the outline roughly already.
     """
     z0 = 0.5 * float(edges.s_px[0] - edges.s_px[-1])
     step = _step(start)
@@ -266,9 +282,9 @@ def fit_helix(
     if edges.blur_px > 0.0:
         # By how much blur moves the outline is small, and known as soon as the outline is, roughly.
         if not near:
-            p, _ = descend(edges, section, p, free, scale_px, ROUGHLY, tilt_hold)
+            p, _ = descend(edges, section, p, free, scale_px, ROUGHLY, hold)
         observed = observed - rounded_off(p, section, z0, edges.s_px.size, edges.blur_px)
-    problem = _problem(edges, section, observed, scale_px, step, tilt_hold)
+    problem = _problem(edges, section, observed, scale_px, step, hold)
     p, cost, total = minimise(p, free_ids, problem, iterations, normal)
     rms, points = _rms(
         observed,
@@ -327,7 +343,7 @@ def _inverse(system: np.ndarray) -> np.ndarray:
 def _normal_equations(p, free, problem, normal, right):  # pragma: no cover - compiled
     """Gauss-Newton system of the free parameters with Tukey-like (Geman-McClure) weights; returns
     cost and weight sum."""
-    radius, angle, z0, observed, weights, worth, scale, step, tilt_hold = problem
+    radius, angle, z0, observed, weights, worth, scale, step, hold = problem
     count = observed.shape[1]
     upper, lower = np.empty(count), np.empty(count)
     at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
@@ -364,10 +380,11 @@ def _normal_equations(p, free, problem, normal, right):  # pragma: no cover - co
         right[a] = _sum_of_products(counts, of_a, residuals, used)
         for b in range(a + 1):
             normal[a, b] = normal[b, a] = _sum_of_products(counts, of_a, grads[free[b]], used)
-        if free[a] == TILT:
-            right[a] -= tilt_hold * p[TILT]
-            normal[a, a] += tilt_hold
-    return cost + tilt_hold * (p[TILT] / scale) ** 2, total
+        off, px2 = p[free[a]] - hold.toward[free[a]], hold.px2[free[a]]
+        right[a] -= px2 * off
+        normal[a, a] += px2
+        cost += px2 * (off / scale) ** 2
+    return cost, total
 
 
 @numba.njit(cache=True, error_model="numpy")

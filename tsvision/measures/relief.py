@@ -36,7 +36,7 @@ class _Front(NamedTuple):
 
 
 def explained(light: np.ndarray, p: np.ndarray, section: Section, blur_px: float) -> float:
-    """Share of the variance of `light` (R, M) inside the outline that a bundle `p` (10,) explains,
+    """Share of the variance of `light` (R, M) inside the outline that a bundle `p` (11,) explains,
     twisted to whichever side explains more; 0 where too little is seen.
 
     Rows lie evenly about n = 0, columns about z = 0.
@@ -76,7 +76,7 @@ def _explained(light: np.ndarray, front: _Front, rho_px: float, blur_px: float) 
 def scan_relief(
     light: np.ndarray, p: np.ndarray, section: Section, rates: np.ndarray, phases: np.ndarray
 ) -> np.ndarray:
-    """As `explained`, (K, P), for bundles as `p` (10,) but with strand rates (K,) and phases (P,):
+    """As `explained`, (K, P), for bundles as `p` (11,) but with strand rates (K,) and phases (P,):
     at reduced size, without blur, and twisted to the side to which `p` itself explains more."""
     factor = max(float(p[RHO]) / SCANNED_RHO_PX, 1.0)
     small = _shrunk(light, factor)
@@ -178,17 +178,17 @@ def _draw(p, site_radius, site_angle, sides, height, across, along):  # pragma: 
     height[:] = -np.inf
     across[:] = 0.0
     along[:] = 0.0
-    rho = p[0]
+    rho, apart = p[0], 2.0 * p[0] * (1.0 + p[10])
     half, z0 = 0.5 * (rows - 1), -0.5 * (columns - 1)
     step = max(SAMPLED * rho, 0.5)
     reach = rho + 2.0
     for i in range(site_radius.size):
-        reach = max(reach, rho + 2.0 * rho * site_radius[i] + 2.0)
+        reach = max(reach, rho + apart * site_radius[i] + 2.0)
     kappa = p[5] * p[6]
     q = np.sqrt(1.0 + kappa * kappa)
     samples = int((columns + 2.0 * reach) / step) + 1
     for i in range(site_radius.size):
-        a = 2.0 * rho * site_radius[i]
+        a = apart * site_radius[i]
         for j in range(samples):
             z = z0 - reach + j * step
             psi = p[1] * z + p[2] + site_angle[i]

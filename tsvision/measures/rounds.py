@@ -155,11 +155,10 @@ def _taught(
     its light does, the mean edge is smeared: lobes are as high as their strands are thick. So
     bundles are made as thick as they are said to be, and looked along again.
     """
-    section = fits[0].bundle.fit.section
     shading, places_px = None, np.zeros(2)
     for _ in range(AIMS):
         aimed = [_moved(f.bundle, places_px) for f in fits]
-        rho = 0.5 * float(np.median([b.fit.diameter_px for b in aimed])) / section.diameter_d
+        rho = float(np.median([b.fit.p[RHO] for b in aimed]))
         mean = edge_profiles(
             [f.cut for f in fits],
             rho,
@@ -173,7 +172,7 @@ def _taught(
             black_of([f.cut for f in fits]),
             blur_px,
             replace(shape, width_px=shape.width_px - float(places_px.sum())),
-            grooved=section.count > 2 and not fits[0].cut.in_colour,
+            grooved=fits[0].bundle.fit.section.count > 2 and not fits[0].cut.in_colour,
         )
         shading, places_px = (upper, lower), places_px + off_px
         if np.abs(off_px).max() < AIMED_PX:

@@ -17,17 +17,20 @@ from tsvision.images.percentiles import percentile
 from tsvision.measures.band import Band
 from tsvision.measures.helix import Edges, HelixFit, descend, fit_helix, with_relief
 from tsvision.measures.line import line_through
+from tsvision.measures.loose import loosened
 from tsvision.measures.reduced import SEARCH_DIAMETER_PX, reduced
 from tsvision.measures.silhouette import (
     FREE_COILED,
     FREE_STRAIGHT,
     KC,
+    OPEN,
     PARAMETERS,
     PHI,
     PHIC,
     RC,
     RHO,
     SLOPE,
+    TILT,
     Y0,
     K,
     Section,
@@ -57,15 +60,17 @@ def search_straight(
 ) -> HelixFit | None:
     """The best straight helix with a rate within `band`."""
     bases = _bases(edges, section, diameter_px)
-    return _search(edges, section, bases, [band] * len(bases), False, scale_px)
+    best = _search(edges, section, bases, [band] * len(bases), False, scale_px)
+    return None if best is None else loosened(edges, best, scale_px)
 
 
-def straight_at(
-    edges: Edges, section: Section, diameter_px: float, rate: float, scale_px: float
-) -> HelixFit | None:
-    """The straight helix whose rate is nearly known: its phase is looked for, no more. None where
-    the edges show two phases nearly as well, as of a section that is nearly four-fold."""
-    whole = _bases(edges, section, diameter_px)[0]
+def straight_at(edges: Edges, like: HelixFit, rate: float, scale_px: float) -> HelixFit | None:
+    """The straight helix like another but for its rate, which is nearly known: its phase is looked
+    for, no more. None where the edges show two phases nearly as well, as of a section that is
+    nearly four-fold."""
+    section = like.section
+    whole = _bases(edges, section, like.diameter_px)[0]
+    whole[[RHO, TILT, OPEN]] = like.p[[RHO, TILT, OPEN]]
     small = reduced(edges, 2.0 * whole[RHO] * section.diameter_d / SEARCH_DIAMETER_PX)
     base = small.down(whole)
     phases, costs = _scanned(small.edges, section, base, np.array([rate * small.factor]))
@@ -75,7 +80,8 @@ def straight_at(
     base[K], base[PHI] = rate * small.factor, _lowest(phases, costs[0])
     scale = scale_px / small.factor
     p, _ = descend(small.edges, section, base, FREE_STRAIGHT, scale, iterations=5)
-    return fit_helix(edges, section, small.up(p), FREE_STRAIGHT, scale_px, near=True)
+    fit = fit_helix(edges, section, small.up(p), FREE_STRAIGHT, scale_px, near=True)
+    return loosened(edges, fit, scale_px)
 
 
 def search_coiled(
@@ -86,7 +92,7 @@ def search_coiled(
     coils: list[np.ndarray],
     scale_px: float,
 ) -> HelixFit | None:
-    """The best coiled helix; `coils` (10,) each hold RC, KC, PHIC, `bands` the rates to each."""
+    """The best coiled helix; `coils` (11,) each hold RC, KC, PHIC, `bands` the rates to each."""
     bases = []
     for coil in coils:
         base = _bases(edges, section, diameter_px)[0]
@@ -96,7 +102,7 @@ def search_coiled(
 
 
 def coils_of(edges: Edges, diameter_px: float) -> list[list[np.ndarray]]:
-    """Radius, rate and phase of coiling, (10,) each, at every rate that the centre line's spectrum
+    """Radius, rate and phase of coiling, (11,) each, at every rate that the centre line's spectrum
     shows; likeliest rate first."""
     centre, w = _centre(edges)
     span = float(edges.s_px[-1] - edges.s_px[0])
@@ -124,12 +130,12 @@ def coils_of(edges: Edges, diameter_px: float) -> list[list[np.ndarray]]:
 
 
 def coil_at(edges: Edges, rate: float) -> np.ndarray:
-    """Radius and phase with which the centre line coils at a known rate, as (10,)."""
+    """Radius and phase with which the centre line coils at a known rate, as (11,)."""
     return _coils_at(edges, np.array([rate]))[0][0]
 
 
 def _coils_at(edges: Edges, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Radius, rate and phase of a coil at each of `rates` (K,), as (K, 9), and how much of the
+    """Radius, rate and phase of a coil at each of `rates` (K,), as (K, 11), and how much of the
     line's variance about a straight one each explains (K,). Weighted least squares."""
     centre, w = _centre(edges)
     z = edges.s_px - 0.5 * (edges.s_px[0] + edges.s_px[-1])
@@ -144,7 +150,7 @@ def _coils_at(edges: Edges, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     along = waves @ rest
     c = np.linalg.solve(normal, along[..., None])[..., 0]
     before = float(rest @ rest)
-    p = np.zeros((rates.size, 9))
+    p = np.zeros((rates.size, PARAMETERS))
     p[:, RC], p[:, KC] = np.hypot(c[:, 0], c[:, 1]), rates
     p[:, PHIC] = np.arctan2(-c[:, 1], c[:, 0])
     return p, (c * along).sum(axis=1) / max(before, 1e-12)
@@ -251,7 +257,7 @@ def _search(
 
 
 def _same(p: np.ndarray, q: np.ndarray, section: Section, half_px: float) -> bool:
-    """Whether two descents (10,) have come to the same strands: phases alike at both ends of a
+    """Whether two descents (11,) have come to the same strands: phases alike at both ends of a
     window half_px to either side, up to what the section repeats by, and width and coil alike."""
     turn = 2.0 * np.pi / section.fold
     ends = (p[PHI] - q[PHI]) + (p[K] - q[K]) * half_px * np.array([-1.0, 1.0])

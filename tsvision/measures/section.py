@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 
 from tsvision.measures.silhouette import Section
@@ -14,6 +15,8 @@ _PAIR_SITES = np.array(
         (1.0, _H), (-1.0, -_H), (1.0, -_H), (-1.0, _H),
     ]
 )  # fmt: skip
+
+ALONG = 67  # places along the axis where two strands' distance is looked at
 
 
 def pair_core(count: int) -> Section:
@@ -38,6 +41,28 @@ def has_room(count: int) -> bool:
     if count >= len(_PAIR_SITES):
         return False
     return pair_core(count + 1).diameter_d <= pair_core(count).diameter_d
+
+
+def room_needed(section: Section, twist_rad_per_d: float) -> float:
+    """Share by which the section has to open so that strands laid as helices, so many rad a strand
+    diameter, find room beside each other; 0 where they touch as they lie.
+
+    Two helices that are z apart along the axis lie g^2 c(z) + z^2 apart, squared, where the section
+    is g times as large: none may come nearer than d.
+    """
+    return float(_room_needed(section.radius_d, section.angle_rad, twist_rad_per_d))
+
+
+@numba.njit(cache=True)
+def _room_needed(radius, angle, twist):  # pragma: no cover - compiled
+    most = 1.0
+    for i in range(radius.size):
+        for j in range(i):
+            for z in np.linspace(-0.99, 0.99, ALONG):
+                beside = radius[i] ** 2 + radius[j] ** 2
+                beside -= 2.0 * radius[i] * radius[j] * np.cos(angle[i] - angle[j] + twist * z)
+                most = max(most, (1.0 - z * z) / max(beside, 1e-9))
+    return np.sqrt(most) - 1.0
 
 
 def ring(count: int) -> Section:

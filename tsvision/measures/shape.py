@@ -15,6 +15,7 @@ from scipy.stats import t as student_t
 
 from tsvision.measures.bundle import BundleFit, usable
 from tsvision.measures.helix import Edges, HelixFit, fit_helix
+from tsvision.measures.loose import WIDENED, aslant_hold
 from tsvision.measures.shading import PLACE_RANGE_PX
 from tsvision.measures.silhouette import COILED, RHO, STRAIGHT, TILT
 from tsvision.measures.uncertainty import EDGE_MODEL_FACTOR
@@ -23,12 +24,6 @@ SHARE = 0.035  # of D: how far strands that are not rigid circles lead astray
 # How far off the rounding by blur may be: of blur^2 / rho, by which it moves edges as curved as a
 # strand. Notches are more so, and what is seen there is not one limb alone.
 ROUNDED = 2.0
-# Edges of neighbouring columns are off together: a fit's own sd counts this many times.
-WIDENED = 3.0
-# Nobody holds a camera quite square to a bundle, and off the picture's middle it looks aslant. Of
-# a helix seen so one edge's crests are stretched and the other's squeezed: either on its own would
-# be that of another radius, by 2 % a hundredth of the tilt for strands that lie as steep as 54 deg.
-TILT_SD = 0.06
 FREED = 3  # times
 CONTRADICTED = 0.023  # chance: two sd of a width whose sd is known
 UNTOLD_PX = 1e3
@@ -85,7 +80,7 @@ def shape_of(fitted: list[tuple[Edges, BundleFit]], blur_px: float) -> Shape:
     seen, expected = 1.25 * float(np.std(wider)), WIDENED * float(own)
     scatter = max(seen, expected) / np.sqrt(len(wider))
     width = float(np.median([found.fit.diameter_px for _, found in fitted]))
-    strand = 0.5 * width / fitted[0][1].fit.section.diameter_d
+    strand = float(np.median([found.fit.p[RHO] for _, found in fitted]))
     model = np.hypot(SHARE * width, ROUNDED * blur_px**2 / strand)
     # One camera looks at all frames as much aslant: that does not average out.
     sd_px = float(np.sqrt(model**2 + (WIDENED * aslant) ** 2 + scatter**2))
@@ -98,7 +93,7 @@ def shape_of(fitted: list[tuple[Edges, BundleFit]], blur_px: float) -> Shape:
 
 def _sds_px(free: HelixFit) -> tuple[float, float]:
     """sd of a fit's D were the view's tilt known, and what that adds."""
-    per_rho = 2.0 * free.section.diameter_d
+    per_rho = free.diameter_px / float(free.p[RHO])
     rho, tilt = free.covariance[RHO, RHO], free.covariance[TILT, TILT]
     by_tilt = free.covariance[RHO, TILT] ** 2 / tilt if tilt > 0.0 else 0.0
     return per_rho * float(np.sqrt(max(rho - by_tilt, 0.0))), per_rho * float(np.sqrt(by_tilt))
@@ -139,8 +134,7 @@ def _freed(part: Edges, fit: HelixFit) -> HelixFit:
     smooth = replace(part, trust=(upper**2, lower**2))
     free = (*(COILED if fit.coiled else STRAIGHT), TILT)
     for _ in range(FREED):  # what edges are off by is known when they are no longer held
-        hold = (WIDENED * max(fit.rms_px, 1e-3) / TILT_SD) ** 2
-        fit = fit_helix(smooth, fit.section, fit.p, free, tilt_hold=hold)
+        fit = fit_helix(smooth, fit.section, fit.p, free, hold=aslant_hold(fit.rms_px))
     return fit
 
 

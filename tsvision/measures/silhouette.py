@@ -8,13 +8,15 @@ may be held fixed while a parameter changes (envelope theorem), so that the Jaco
 more than the silhouette.
 
 Parameters, in px and rad, z running along the axis from the middle of the window:
-  rho    strand radius; strand centres lie at a_i = 2 rho * site radius (sites in units of d)
+  rho    strand radius; strand centres lie at a_i = 2 rho * (1 + open) * site radius (sites in
+         units of d)
   k, phi strand rate and phase about the bundle's centre line (relative to the line's own frame)
   y0, m  offset and slope of the axis
   rc, kc, phic  radius, rate and phase of the coiling; rc = 0 for a straight bundle
   edge   how far both measured edges lie outside the true ones
   tilt   tangent of the angle by which the picture sees the bundle from along its axis and not from
          beside it: what lies in front of the middle line is seen as far along s
+  open   share by which the section is opened: strands that lie steeply need more room
 Relative signs of k and kc are taken as equal: the bundle coils in the sense in which it is twisted.
 """
 
@@ -28,8 +30,8 @@ import numpy as np
 
 from tsvision.measures.smoothing import smoothed
 
-RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE, TILT = range(10)
-PARAMETERS = 10
+RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE, TILT, OPEN = range(11)
+PARAMETERS = 11
 STRAIGHT = (RHO, K, PHI, Y0, SLOPE, EDGE)
 COILED = (RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE)
 # What a fit is free in while the edges' own place is known.
@@ -110,13 +112,13 @@ def _point(z, a, p, kappa, q, cp, sp, ct, st):  # pragma: no cover - compiled
 def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at_lower, step):
     # pragma: no cover - compiled
     """Fill upper, lower (count,) at z0, z0 + 1, ...; at_* (count, 2) gets contact z and strand."""
-    rho = p[0]
+    rho, apart = p[0], 2.0 * p[0] * (1.0 + p[10])
     for c in range(count):
         upper[c] = -1e30
         lower[c] = 1e30
     reach = rho + 2.0 * step
     for i in range(site_radius.size):
-        reach = max(reach, rho + 2.0 * rho * site_radius[i] + 2.0 * step)
+        reach = max(reach, rho + apart * site_radius[i] + 2.0 * step)
     samples = int((count + 2.0 * reach) / step) + 2
     first = z0 - reach
     kappa = p[5] * p[6]
@@ -133,7 +135,7 @@ def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at
     xu, yu = np.empty(samples), np.empty(samples)
     xl, yl = np.empty(samples), np.empty(samples)
     for i in range(site_radius.size):
-        a = 2.0 * rho * site_radius[i]
+        a = apart * site_radius[i]
         psi = p[1] * first + p[2] + site_angle[i]
         cp, sp, ct, st = np.cos(psi), np.sin(psi), np.cos(theta), np.sin(theta)
         for j in range(samples):
@@ -176,15 +178,16 @@ def _draw_outermost(edge, at, x, y, sense, strand, rho, z0, first, step):
 
 @numba.njit(cache=True, error_model="numpy")
 def gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cover - compiled
-    """d edge(x) / d p at contact z on strand i; sense +1 upper, -1 lower. out (10,)."""
+    """d edge(x) / d p at contact z on strand i; sense +1 upper, -1 lower. out (11,)."""
     rho = p[0]
-    a = 2.0 * rho * site_radius[i]
+    closed = 2.0 * rho * site_radius[i]
+    a = closed * (1.0 + p[10])
     psi = p[1] * z + p[2] + site_angle[i]
     cp, sp = np.cos(psi), np.sin(psi)
     if p[5] <= 0.0 and p[9] == 0.0:  # the same with kappa = theta = 0, in half the time
         u = x - z
         root = np.sqrt(max(rho * rho - u * u, 0.04 * rho * rho))
-        out[0] = sense * rho / root - 2.0 * site_radius[i] * cp
+        out[0] = sense * rho / root - a / rho * cp
         out[1] = z * (a * sp)
         out[2] = a * sp
         out[3] = 1.0
@@ -194,6 +197,7 @@ def gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cov
         out[7] = a * sp
         out[8] = sense
         out[9] = -sense * u / root * (a * sp)
+        out[10] = -closed * cp
         return
     kappa = p[5] * p[6]
     q = np.sqrt(1.0 + kappa * kappa)
@@ -213,7 +217,7 @@ def gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cov
     q3 = q * q * q
     y_kappa = -a * sp * st * kappa / q3
     s_kappa = a * sp / q3 + p[9] * a * sp * ct * kappa / q3
-    out[0] = sense * rho / root + 2.0 * site_radius[i] * (y_a + g * s_a)
+    out[0] = sense * rho / root + a / rho * (y_a + g * s_a)
     d_psi = y_psi + g * s_psi
     out[1] = z * d_psi
     out[2] = d_psi
@@ -225,6 +229,7 @@ def gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cov
     out[7] = d_theta
     out[8] = sense
     out[9] = g * depth
+    out[10] = closed * (y_a + g * s_a)
 
 
 @numba.njit(cache=True)
@@ -239,7 +244,7 @@ def twist(p):  # pragma: no cover - compiled
 
 @numba.njit(cache=True)
 def moved(p, shift):  # pragma: no cover - compiled
-    """Parameters (10,) with z counted from a middle `shift` px further on."""
+    """Parameters (11,) with z counted from a middle `shift` px further on."""
     q = p.copy()
     q[PHI] += p[K] * shift
     q[PHIC] += p[KC] * shift
@@ -248,7 +253,7 @@ def moved(p, shift):  # pragma: no cover - compiled
 
 
 def rescaled(p: np.ndarray, factor: float, shift: float = 0.0) -> np.ndarray:
-    """Parameters (10,) in units of `factor` px; z counted from a middle `shift` px further on."""
+    """Parameters (11,) in units of `factor` px; z counted from a middle `shift` px further on."""
     q: np.ndarray = moved(p, shift)
     q[[RHO, Y0, RC]] /= factor
     q[[K, KC]] *= factor

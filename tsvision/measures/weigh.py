@@ -39,7 +39,7 @@ def noise_cost(edges: Edges, scale_px: float) -> float:
 
 
 def doubt(p: np.ndarray, expected_rate: float) -> float:
-    """By how much the cost of a fit (10,) counts more, 1 or above, because strands and coils turn
+    """By how much the cost of a fit (11,) counts more, 1 or above, because strands and coils turn
     much more often, or much less, than the motor has. Where two fits are nearly as good the motor
     decides; a good fit stands against it, for a motor's count can be wrong."""
     total = float(p[K] + (p[KC] if p[RC] > 0.0 else 0.0))
