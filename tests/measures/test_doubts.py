@@ -16,7 +16,6 @@ from tsvision.measures.bundle import BundleFit, fit_window
 from tsvision.measures.doubts import (
     clipped,
     is_smooth,
-    is_tapered,
     knots_unsure,
     less_sure_of_pitch,
 )
@@ -102,16 +101,6 @@ def test_a_bundle_of_eight_is_not_smooth(seed: int) -> None:
     fit = of_eight(bundle, 24.0)
     assert fit.fit.pitch_px == pytest.approx(90.0, rel=0.02)
     assert not is_smooth(bundle, fit)
-
-
-@pytest.mark.parametrize(("together", "tapered"), [(0.2, True), (-0.2, True), (0.01, False)])
-def test_borders_that_run_together_are_those_of_two_legs(together: float, tapered: bool) -> None:
-    """Where they meet at the picture's border their distance was told as D, 30 px of 90 too wide
-    (`wild 830`)."""
-    s = np.arange(200.0)
-    half = 40.0 - 0.5 * together * (s - 100.0)
-    legs = roughened(Edges(s, half, -half, np.ones(200), np.ones(200)), 0.3, 1)
-    assert is_tapered(legs, of_eight(legs, 80.0)) == tapered
 
 
 def test_a_picture_of_such_a_leg_tells_no_width() -> None:

@@ -17,9 +17,6 @@ from tsvision.measures.weigh import doubt
 from tsvision.records import FrameRow, KnotSighting
 
 SMOOTH = 0.8  # of what straight lines leave of the edges; films' bundles, fitted, leave up to 0.62
-# Of its length, by which what two borders bound grows narrower: legs from holes 5 mm apart that
-# meet within 23 mm do by 0.22 and more, a bundle seen at 4 degrees from 90 mm by 0.004.
-TAPERED = 0.1
 POOR_WEIGHT = 0.55  # of the edges along the bundle, in the mean: films show 0.7 and more
 GROSSLY = 1.2  # by how much a fit counts less for its rate: 1.75 times the motor's, or a third
 SURE = 0.9  # confidence of a knot below which it may be none
@@ -43,15 +40,6 @@ def is_smooth(edges: Edges, found: BundleFit) -> bool:
     part = edges.window(found.s_low_px, found.s_high_px)
     sides = ((part.upper_px, part.upper_weight), (part.lower_px, part.lower_weight))
     return found.fit.rms_px > SMOOTH * max(_bent_px(*side) for side in sides)
-
-
-def is_tapered(edges: Edges, found: BundleFit) -> bool:
-    """Whether the borders of a stretch run together as those of two legs on their way to meet, and
-    no bundle's do."""
-    part = edges.window(found.s_low_px, found.s_high_px)
-    both = part.both_seen
-    _, slope = line_through(part.s_px[both], (part.upper_px - part.lower_px)[both])
-    return abs(float(slope)) > TAPERED
 
 
 @numba.njit(cache=True)

@@ -20,7 +20,6 @@ from tsvision.measures.doubts import (
     clipped,
     edges_poor,
     is_smooth,
-    is_tapered,
     knots_unsure,
     less_sure_of_pitch,
     turns_disagree,
@@ -35,7 +34,7 @@ from tsvision.measures.silhouette import KC, RHO, K
 from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px, rests_on_shape
 from tsvision.measures.unmatched import with_outline
 from tsvision.measures.weigh import unsure
-from tsvision.measures.width import width_between_knots, width_sd_px
+from tsvision.measures.width import is_tapered, width_between_knots, width_sd_px
 from tsvision.records import Frame, FrameResult, FrameRow
 
 NAN = float("nan")
@@ -87,7 +86,7 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         return _failed(row, Flag.NO_BUNDLE), warm
     if near is not None and is_smooth(edges, near):
         is_leg = near.fit.diameter_px < LEG * looks.possible_px[0]
-        if is_leg or is_tapered(edges, near):
+        if is_leg or is_tapered(edges.window(near.s_low_px, near.s_high_px)):
             return _failed(row, Flag.NO_BUNDLE), warm
         near, mid, flags = None, None, flags | Flag.TOO_FEW_TURNS
     row, flags = _bundle_values(row, flags, near, mid, edges, looks)
