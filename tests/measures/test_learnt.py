@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from tsvision.images.signal import Way
 from tsvision.measures.bundle import BundleFit
 from tsvision.measures.cut import black_of, cut_frame
 from tsvision.measures.learnt import _joined, _tells_more, cut_alike, cut_all
-from tsvision.measures.rounds import EdgeLook
+from tsvision.measures.rounds import EdgeLook, Round
 from tsvision.measures.shading import plain_shading
 from tsvision.measures.uncertainty import light_sd_px
 
@@ -89,10 +90,17 @@ def test_cuts_without_strings_say_nothing_of_strands_without_light() -> None:
     assert black_of([legs]) == 0.0
 
 
-def look_of(place_sd_px: float, rho_px: float = 5.0, **told: float) -> EdgeLook:
+def look_of(
+    place_sd_px: float, rho_px: float = 5.0, diameter_px: float = 20.0, **found: float
+) -> EdgeLook:
     shade = replace(plain_shading(rho_px, 1.0), place_sd_px=place_sd_px)
-    fitted = {"diameter_px": 20.0, "frames": 6, "rms_px": 0.3, "matched": 0.98} | told
-    return EdgeLook((shade, shade), **fitted)  # type: ignore[arg-type]
+    last = Round(frames=6, rms_px=0.3, matched=0.98)
+    return having(EdgeLook((shade, shade), diameter_px, last=last), **found)
+
+
+def having(look: EdgeLook, **found: Any) -> EdgeLook:
+    """The same whose last round found something else."""
+    return replace(look, last=replace(look.last, **found))
 
 
 @pytest.mark.parametrize(
@@ -121,8 +129,8 @@ def test_blocks_of_colour_add_more_to_thick_strands_than_a_limb_is_of_thin_ones(
         look_of(sd, rho_px=11.0, diameter_px=d) for sd, d in ((0.05, 59.4), (0.35, 63.4))
     )
     assert _tells_more(bright, colour)
-    poor = replace(colour, rms_px=0.76, matched=0.86)
-    assert _tells_more(replace(bright, frames=5), poor)  # colour fits legs of hardly a turn as well
+    poor = having(colour, rms_px=0.76, matched=0.86)
+    assert _tells_more(having(bright, frames=5), poor)  # colour fits legs of hardly a turn as well
     assert not _tells_more(replace(bright, diameter_px=56.0), colour)
 
 
@@ -133,11 +141,11 @@ def test_straight_bundles_by_brightness_need_not_be_as_many_as_coils_by_colour()
     bright = look_of(0.08, diameter_px=23.1, frames=2, rms_px=0.3, matched=1.0)
     colour = look_of(0.8, diameter_px=26.5, frames=8, rms_px=0.66)
     coils: dict[int, BundleFit] = {1: None}  # type: ignore[dict-item]
-    assert _tells_more(bright, replace(colour, coils=coils))
+    assert _tells_more(bright, having(colour, coils=coils))
     assert not _tells_more(bright, colour)  # six straight ones missed
-    assert not _tells_more(replace(bright, frames=1), replace(colour, coils=coils))
+    assert not _tells_more(having(bright, frames=1), having(colour, coils=coils))
     surer = look_of(0.2, diameter_px=26.5, frames=8, rms_px=0.66)
-    assert not _tells_more(bright, replace(surer, coils=coils))  # lit limbs as bright as the ground
+    assert not _tells_more(bright, having(surer, coils=coils))  # lit limbs as bright as the ground
 
 
 def test_colour_and_brightness_that_tell_about_as_much_are_joined() -> None:
@@ -160,11 +168,11 @@ def test_brightness_whose_edges_fit_worse_says_as_much_less() -> None:
     """Red strings of 34.9 px, by colour 35.0: by brightness, in which a lit limb is the ground's,
     33.8 and as good as certain, in half of the frames, 0.6 px^2 off against 0.1 (`wild 760`)."""
     colour, well = look_of(0.35), look_of(0.05, diameter_px=18.8)
-    badly = replace(well, rms_px=0.75)
+    badly = having(well, rms_px=0.75)
     heard, hardly = (20.0 - _joined(colour, bright).diameter_px for bright in (well, badly))
     assert heard > 0.9
     assert 0.0 < hardly < 0.25
-    in_half = replace(well, frames=3)
+    in_half = having(well, frames=3)
     assert 20.0 - _joined(colour, in_half).diameter_px < 0.25
 
 
@@ -173,5 +181,5 @@ def test_brightness_that_shows_no_limbs_or_nothing_says_nothing() -> None:
     assert _joined(colour, look_of(0.05, diameter_px=16.5)) == colour
     assert _joined(colour, look_of(0.05, frames=0)) == colour
     assert _joined(colour, look_of(0.05, diameter_px=19.0, frames=1)) == colour  # of six
-    alone = replace(colour, frames=1)
+    alone = having(colour, frames=1)
     assert _joined(alone, look_of(0.05, diameter_px=19.0, frames=1)) != alone

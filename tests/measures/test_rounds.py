@@ -12,7 +12,7 @@ from tests.bench.pictures48_draw import cases, draw
 from tsvision.images.sight import Told, find_sight
 from tsvision.measures import rounds
 from tsvision.measures.cut import Cut, cut_frame
-from tsvision.measures.rounds import EdgeLook, _of_frames, _steady, next_look, widths_px
+from tsvision.measures.rounds import EdgeLook, Round, _of_frames, _steady, next_look, widths_px
 from tsvision.measures.section import pair_core
 from tsvision.measures.shading import plain_shading
 from tsvision.measures.silhouette import Section
@@ -70,11 +70,11 @@ def test_a_round_that_teaches_nothing_tells_what_it_saw_all_the_same(
     told, counted for one: that colour was wrong by 1.2 px of 37 remained (`--wild 699`)."""
     cuts, section, look = a_look()
     monkeypatch.setattr(rounds, "_taught", lambda *_: None)
-    after = next_look(cuts, section, replace(look, frames=5, rms_px=9.0, matched=0.1))
-    assert after.frames == 1
-    assert after.rms_px < 1.0
-    assert after.matched > 0.5
-    assert after.places_px == (0.0, 0.0)
+    after = next_look(cuts, section, replace(look, last=Round(frames=5, rms_px=9.0, matched=0.1)))
+    assert after.last.frames == 1
+    assert after.last.rms_px < 1.0
+    assert after.last.matched > 0.5
+    assert after.last.places_px == (0.0, 0.0)
     assert after.shading == look.shading
 
 
@@ -88,11 +88,11 @@ def test_a_round_that_teaches_nothing_leaves_edges_as_unsure_as_they_were_moved(
     monkeypatch.setattr(rounds, "_taught", lambda *_: None)
     if not seen:
         monkeypatch.setattr(rounds, "_fitted", lambda *_, **__: [])
-    moved = replace(look, places_px=(-0.3, 2.1))
+    moved = replace(look, last=Round((-0.3, 2.1)))
     sd_px = look.shading[0].place_sd_px
     after = next_look(cuts, section, moved)
     assert after.shading[0].place_sd_px == pytest.approx(np.hypot(sd_px, 2.1))
-    assert after.moved_px == 0.0
+    assert after.last.moved_px == 0.0
     again = next_look(cuts, section, after)
     assert again.shading == after.shading
 

@@ -13,7 +13,7 @@ from tests.bench.pictures48_draw import cases, draw
 from tsvision.measures import settle
 from tsvision.measures.blur import with_blur
 from tsvision.measures.recording import Measurer
-from tsvision.measures.rounds import EdgeLook
+from tsvision.measures.rounds import EdgeLook, Round
 from tsvision.measures.settle import _grown_px, _holds, _sent, _unstrained
 from tsvision.measures.shading import plain_shading
 from tsvision.measures.uncertainty import light_sd_px
@@ -48,7 +48,7 @@ def test_of_rounds_that_go_to_and_fro_the_least_contradicted_is_taken_and_less_s
         (1.2, 23.0, 0.05, 1.0),
     ):
         shade = replace(plain_shading(5.0, blur), place_sd_px=0.3)
-        rounds.append(EdgeLook((shade, shade), diameter, places_px=(-moved, 0.0), strain=strain))
+        rounds.append(EdgeLook((shade, shade), diameter, last=Round((-moved, 0.0), strain)))
     taken = _unstrained(rounds)
     assert taken.shading[0].blur_px == 1.0
     assert taken.diameter_px == 20.0
@@ -65,8 +65,8 @@ def test_a_round_that_the_next_one_takes_back_has_not_settled(
     """Grey strings lit from one side (`wild 504`): edges that hardly moved any more, 4.9 px inside
     those that the next round saw."""
     shade = replace(plain_shading(4.0), place_sd_px=0.8)
-    look = EdgeLook((shade, shade), 28.3, places_px=(-0.08, 0.02))
-    ahead = EdgeLook((shade, shade), diameter_px, places_px=(moved_px, 0.0))
+    look = EdgeLook((shade, shade), 28.3, last=Round((-0.08, 0.02)))
+    ahead = EdgeLook((shade, shade), diameter_px, last=Round((moved_px, 0.0)))
     assert _holds(look, ahead) is holds
 
 
@@ -84,7 +84,7 @@ class Stuck:
     def rounds(self) -> list[EdgeLook]:
         shade = replace(plain_shading(5.0), place_sd_px=self.sd_px)
         return [
-            EdgeLook((shade, shade), 20.0 - self.off_px, places_px=(-self.off_px - apart, 0.0))
+            EdgeLook((shade, shade), 20.0 - self.off_px, last=Round((-self.off_px - apart, 0.0)))
             for apart in (-self.apart_px, 0.0, 0.0, self.apart_px, self.apart_px)
         ]
 
@@ -122,7 +122,7 @@ def test_edges_are_not_sent_to_what_bundles_grow_by(
     shade = replace(plain_shading(5.0), place_sd_px=0.1)
     shown = frozenset(id(cut) for cut in cuts[:2])
     rounds = [
-        EdgeLook((shade, shade), 20.5, places_px=(moved, 0.0), shown=shown)
+        EdgeLook((shade, shade), 20.5, last=Round((moved, 0.0), shown=shown))
         for moved in (0.15, -0.15, 0.15, -0.15, 0.15)
     ]
     look = _sent(cuts, None, rounds[-1], rounds)  # type: ignore[arg-type]

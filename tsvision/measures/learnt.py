@@ -15,7 +15,7 @@ import numpy as np
 
 from tsvision.images.sight import Sight, by_brightness
 from tsvision.measures.cut import BURNT_OUT, LOST, Cut, cut_frame, learn_shading
-from tsvision.measures.rounds import EdgeLook, less_sure
+from tsvision.measures.rounds import EdgeLook, Round, less_sure
 from tsvision.measures.settle import settle
 from tsvision.measures.shading import plain_shading
 from tsvision.measures.silhouette import Section
@@ -123,7 +123,7 @@ def _joined(colour: EdgeLook, bright: EdgeLook) -> EdgeLook:
     """Edges by colour that are where both together say, each by how sure it is of the width, and
     brightness by as much less as its edges fit worse. What the two differ by is not known."""
     # What one frame of several shows by brightness may be legs, or a coil.
-    told = bright.frames >= max(min(FEWEST, colour.frames), 1)
+    told = bright.last.frames >= max(min(FEWEST, colour.last.frames), 1)
     if not (told and _is_whole(bright, colour)):
         return colour
     wide_px = colour.diameter_px - bright.diameter_px
@@ -138,8 +138,8 @@ def _tells_more(bright: EdgeLook, colour: EdgeLook) -> bool:
     surer."""
     surer = light_sd_px(bright.shading) < SURER * light_sd_px(colour.shading)
     # Coils are tried where no straight bundle fits: as many frames as with them need not show one.
-    frames = FEWEST if colour.coils and not bright.coils else colour.frames
-    better = _cost_px2(bright, frames) <= _cost_px2(colour, colour.frames)
+    frames = FEWEST if colour.last.coils and not bright.last.coils else colour.last.frames
+    better = _cost_px2(bright.last, frames) <= _cost_px2(colour.last, colour.last.frames)
     return surer and better and _is_whole(bright, colour)
 
 
@@ -153,12 +153,12 @@ def _is_whole(bright: EdgeLook, colour: EdgeLook) -> bool:
 def _times_worse(bright: EdgeLook, colour: EdgeLook) -> float:
     """How many times as far off its edges are, in squares of px, as those by colour; 1 where they
     are no farther."""
-    cost = max(_cost_px2(colour, colour.frames), LEAST_COST_PX2)
-    return max(_cost_px2(bright, colour.frames) / cost, 1.0)
+    cost = max(_cost_px2(colour.last, colour.last.frames), LEAST_COST_PX2)
+    return max(_cost_px2(bright.last, colour.last.frames) / cost, 1.0)
 
 
-def _cost_px2(look: EdgeLook, frames: int) -> float:
+def _cost_px2(seen: Round, frames: int) -> float:
     """Of all columns, of so many frames at least, the mean square by which edges are off what was
     fitted."""
-    found = look.matched * look.frames / max(look.frames, frames, 1)
-    return found * look.rms_px**2 + (1.0 - found) * MISSED_PX**2
+    found = seen.matched * seen.frames / max(seen.frames, frames, 1)
+    return found * seen.rms_px**2 + (1.0 - found) * MISSED_PX**2

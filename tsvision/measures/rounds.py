@@ -38,40 +38,47 @@ SHARP = 1.35  # times the sharpest frame's blur: these teach where frames differ
 
 
 @dataclass(frozen=True)
-class EdgeLook:
-    """shading of the upper and lower edge; diameter_px of the bundles fitted; trust: how much
-    either edge counts in a fit; steady: whether the frames are equally sharp; places_px: where the
-    last round saw the true edges, inside (> 0) those found by the look before it; strain: how far
-    off, in squares of their sd, light and the outline's shape each found the bundles fitted;
-    hidden_px: how much of the width may lie beyond edges that are no strand's; frames: in how
-    many a bundle was fitted, rms_px: its residuals, the median, and matched: share of its columns
-    whose edges were found, in the last round; apart_px: sd of the widths that frames show, where
-    rounds went to and fro; coils: fitted in it, each by its cut's id, which the next begins
-    from; shown: ids of the cuts that it was told by, those that fit best."""
+class Round:
+    """What a round found under the look before it. places_px: where it saw the true edges, inside
+    (> 0) those found; strain: how far off, in squares of their sd, light and the outline's shape
+    each found the bundles fitted; frames: in how many a bundle was fitted, rms_px: its residuals,
+    the median, and matched: share of its columns whose edges were found; coils: fitted, each by its
+    cut's id, which the next round begins from; shown: ids of the cuts that it was told by, those
+    that fit best."""
 
-    shading: tuple[Shading, Shading]
-    diameter_px: float
-    trust: tuple[float, float] = (1.0, 1.0)
-    steady: bool = True
     places_px: tuple[float, float] = (0.0, 0.0)
     strain: float = 0.0
-    hidden_px: float = 0.0
     frames: int = 0
     rms_px: float = float("nan")
     matched: float = 0.0
-    apart_px: float = 0.0
     coils: dict[int, BundleFit] = field(default_factory=dict)
     shown: frozenset[int] = frozenset()
 
     @property
     def moved_px(self) -> float:
-        """How far the edges went in the last round."""
+        """How far the edges went in it."""
         return max(abs(place) for place in self.places_px)
+
+
+@dataclass(frozen=True)
+class EdgeLook:
+    """shading of the upper and lower edge; diameter_px of the bundles fitted; trust: how much
+    either edge counts in a fit; steady: whether the frames are equally sharp; hidden_px: how much
+    of the width may lie beyond edges that are no strand's; apart_px: sd of the widths that frames
+    show, where rounds went to and fro; last: the round that taught it."""
+
+    shading: tuple[Shading, Shading]
+    diameter_px: float
+    trust: tuple[float, float] = (1.0, 1.0)
+    steady: bool = True
+    hidden_px: float = 0.0
+    apart_px: float = 0.0
+    last: Round = Round()
 
     @property
     def settled_px(self) -> float:
         """D of the same bundles, were their edges where the last round saw the true ones."""
-        return self.diameter_px - sum(self.places_px)
+        return self.diameter_px - sum(self.last.places_px)
 
 
 def less_sure(look: EdgeLook, by_px: float) -> EdgeLook:
@@ -87,9 +94,10 @@ def next_look(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
     seen = [(cut, replace(find_edges(cut, look.shading), trust=look.trust)) for cut in cuts]
     fits = _fitted(seen, section, look.diameter_px, coil=False)
     if not any(f.bundle.fit.cost < POOR for f in fits):
-        fits += _fitted(seen, section, look.diameter_px, coil=True, last=look.coils)
+        fits += _fitted(seen, section, look.diameter_px, coil=True, last=look.last.coils)
     if not fits:
-        return less_sure(replace(look, steady=True, places_px=(0.0, 0.0)), look.moved_px)
+        unmoved = replace(look.last, places_px=(0.0, 0.0))
+        return less_sure(replace(look, steady=True, last=unmoved), look.last.moved_px)
     coils = {id(f.cut): f.bundle for f in fits if f.bundle.fit.coiled}
     frames = len({id(f.cut) for f in fits})
     blurs = _blurs_px(fits, look.shading)
@@ -101,20 +109,18 @@ def next_look(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
     diameter = float(np.median([f.bundle.fit.diameter_px for f in fits]))
     each = [(f.edges, f.bundle) for f in fits]
     shape = shape_of(each, look.shading[0].blur_px)
-    fitted = replace(
-        look,
-        diameter_px=diameter,
-        steady=steady,
-        places_px=(0.0, 0.0),
+    found = Round(
+        strain=look.last.strain,
         frames=frames,
         rms_px=float(np.median([f.bundle.fit.rms_px for f in fits])),
         matched=float(np.median([f.edges.both_seen[f.cut.silhouette.bundle].mean() for f in fits])),
         coils=coils,
         shown=frozenset(id(f.cut) for f in fits),
     )
+    fitted = replace(look, diameter_px=diameter, steady=steady, last=found)
     taught = _taught(fits, shape, look.shading[0].blur_px)
     if taught is None:  # what the round before moved edges by is not proved
-        return less_sure(fitted, look.moved_px)
+        return less_sure(fitted, look.last.moved_px)
     (upper, lower), places_px = taught
     upper_px, lower_px = map(float, places_px)
     strain = (float(places_px.sum()) / max(light_sd_px((upper, lower)), SUREST_PX)) ** 2
@@ -123,9 +129,8 @@ def next_look(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
         fitted,
         shading=(upper, lower),
         trust=trust_of(each),
-        places_px=(upper_px, lower_px),
-        strain=strain,
         hidden_px=hidden_px(each),
+        last=replace(found, places_px=(upper_px, lower_px), strain=strain),
     )
 
 
@@ -136,7 +141,7 @@ def widths_px(cuts: list[Cut], section: Section, look: EdgeLook) -> dict[int, fl
     fits = _fitted(seen, section, look.diameter_px, coil=False)
     straight = {id(f.cut) for f in fits}
     rest = [(cut, edges) for cut, edges in seen if id(cut) not in straight]
-    fits += _fitted(rest, section, look.diameter_px, coil=True, last=look.coils)
+    fits += _fitted(rest, section, look.diameter_px, coil=True, last=look.last.coils)
     if look.steady:
         found = [f.bundle.fit.diameter_px for f in fits]
     else:

@@ -30,11 +30,11 @@ def _settled(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
     looks = [first]
     ahead = None  # the round after, where it is known
     for turn in range(1, ROUNDS[2] + 1):
-        if turn > ROUNDS[1] and not looks[-1].moved_px < looks[-2].moved_px:
+        if turn > ROUNDS[1] and not looks[-1].last.moved_px < looks[-2].last.moved_px:
             break
         looks.append(ahead or next_look(cuts, section, looks[-1]))
         ahead = None
-        if turn >= ROUNDS[0] and looks[-1].moved_px < SETTLED_PX:
+        if turn >= ROUNDS[0] and looks[-1].last.moved_px < SETTLED_PX:
             ahead = next_look(cuts, section, looks[-1])
             if _holds(looks[-1], ahead):
                 return looks[-1]
@@ -53,7 +53,7 @@ def _unstrained(looks: list[EdgeLook]) -> EdgeLook:
     """Of rounds that go to and fro the look whose bundles light and outline's shape contradict
     least, less sure by as much as its edges were still to be moved. What a look makes of the edges
     is said by the round after it: along a dark limb the next template may well find others."""
-    look, under = min(pairwise(looks), key=lambda pair: pair[1].strain)
+    look, under = min(pairwise(looks), key=lambda pair: pair[1].last.strain)
     upper, lower = (
         replace(s, place_sd_px=now.place_sd_px)
         for s, now in zip(look.shading, under.shading, strict=True)
@@ -65,7 +65,7 @@ def _unstrained(looks: list[EdgeLook]) -> EdgeLook:
         steady=look.steady,
         hidden_px=look.hidden_px,
     )
-    return less_sure(found, found.moved_px)
+    return less_sure(found, found.last.moved_px)
 
 
 def _as_sure(shading: tuple[Shading, Shading], sd_px: float) -> tuple[Shading, Shading]:
@@ -93,7 +93,7 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
     spread_px = 1.4826 * float(np.median(np.abs(said_px - width_px)))
     light_px = float(np.median([light_sd_px(r.shading) for r in rounds]))
     look = replace(look, shading=_as_sure(look.shading, float(np.hypot(spread_px, light_px))))
-    shown = frozenset[int]().union(*(r.shown for r in rounds))
+    shown = frozenset[int]().union(*(r.last.shown for r in rounds))
     side = int(np.argmin(look.trust))
     off_px = 0.0
     for sent in range(SHIFTS):
