@@ -12,10 +12,11 @@ import pytest
 from tests.bench.pictures48_draw import cases, draw
 from tests.measures.cord import BLUE, RED, TABLE, bow, draw_cord
 from tsvision.flags import Flag, flags_from_text
-from tsvision.measures.bowed import learn_bowed
+from tsvision.measures.bowed import _agrees, learn_bowed
 from tsvision.measures.looks import learn_looks
 from tsvision.measures.recording import Measurer
-from tsvision.records import Camera, Frame, FrameResult, Rig, Scale, Strings, View
+from tsvision.measures.rope import Rope
+from tsvision.records import Camera, Frame, FrameResult, FrameRow, Rig, Scale, Strings, View
 
 CURVE = bow(620, 90.0, 130.0)
 LENGTH_PX = float(np.linalg.norm(np.diff(CURVE, axis=0), axis=1).sum()) * 620 / 660
@@ -97,6 +98,33 @@ def test_with_n_known_the_helix_is_fitted_along_the_curve() -> None:
     assert np.degrees(row.helix_angle_rad) == pytest.approx(
         np.degrees(np.arctan(np.pi * 32.0 / 100.0)), abs=1.5
     )
+
+
+@pytest.mark.parametrize(
+    ("sd_px", "count_known", "agrees"),
+    [
+        (0.8, False, True),
+        (25.5, False, False),
+        (25.5, True, True),
+    ],
+)
+def test_a_helix_of_a_guessed_n_has_to_know_d_as_well_as_the_rope(
+    sd_px: float, count_known: bool, agrees: bool
+) -> None:
+    """Four colours plied: one picture of twelve that differed by a mirror or a scale was measured
+    as four strands of a guessed section, 105 +- 25 px, and no sense told, the others by their
+    outline, 96.5 +- 5.5."""
+    s, nothing = np.arange(9.0), np.full(9, np.nan)
+    rope = Rope(s, nothing, nothing, nothing, nothing, 96.5, 5.5, None, np.nan, 0.0, (0.0, 8.0))
+    row = FrameRow(
+        frame=0,
+        file="a.png",
+        diameter_px=104.0,
+        diameter_px_sd=sd_px,
+        fit_rms_px=1.0,
+        strand_repeat_px=50.0,
+    )
+    assert _agrees(row, rope, count_known) is agrees
 
 
 def test_the_profile_holds_the_curve_in_the_picture() -> None:

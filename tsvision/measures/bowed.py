@@ -136,8 +136,9 @@ def _curved(bowed: Bowed) -> Flag:
 
 def _agrees(row: FrameRow, rope: Rope, count_known: bool) -> bool:
     """Whether the helix found what the rope shows without any model of its section; where N is a
-    guess, the outline must also follow that section closely."""
-    if not count_known and not row.fit_rms_px < GUESSED_RMS * row.diameter_px:
+    guess, the outline must also follow that section closely, and tell D as well as without."""
+    close = row.fit_rms_px < GUESSED_RMS * row.diameter_px
+    if not count_known and not (close and row.diameter_px_sd < rope.diameter_px_sd):
         return False
     if Flag.ENVELOPE_ONLY in flags_from_text(row.flags) or not np.isfinite(row.strand_repeat_px):
         return False
