@@ -8,6 +8,11 @@ import numba
 import numpy as np
 
 from tsvision.images.masks import string_mask
+from tsvision.measures.line import line_through
+
+# What two legs bound: wider than so many bundles, for so many widths at least; how much either runs
+# towards the axis, and how straight it is, of a width. Knots are lumps.
+LEGS_WIDE, LEGS_LONG, LEGS_SLOPE, LEGS_STRAIGHT = 1.3, 0.3, 0.1, 0.08
 
 
 @dataclass(frozen=True)
@@ -131,9 +136,36 @@ def outline(
         # beyond the apex the outermost rows belong to the legs, the central run to the bundle
         split = (high - low) - (run_high - run_low) > 0.25 * strand_px
     bundle, apex = _twisted_part(single & ~split, width_px, start)
+    if bundle.any():
+        first = int(apex)
+        apex += _between_legs(low[first:], high[first:], width_px, half)
+        bundle[first : int(apex)] = False
     low = np.where(bundle, low, np.nan)
     high = np.where(bundle, high, np.nan)
     return Silhouette(low, high, bundle, apex, cut & bundle)
+
+
+@numba.njit(cache=True)
+def _between_legs(low, high, width_px, half):  # pragma: no cover - compiled
+    """How many of the first columns hold two legs, and ground between them, or beyond, that looks
+    like strings beside a bright plate: what is wider than a bundle there, and on either side has no
+    border or a straight one that runs towards the axis. low, high (M,): outermost rows; half:
+    where the strip ends."""
+    wide = 0
+    while wide < low.size and not high[wide] - low[wide] + 1 <= LEGS_WIDE * width_px:
+        wide += 1
+    for inwards, border in ((1.0, low[:wide]), (-1.0, high[:wide])):
+        s = np.flatnonzero(np.abs(border) < half).astype(np.float64)
+        if s.size < LEGS_LONG * width_px:
+            if s.size > 0.5 * wide:
+                return 0
+            continue
+        seen = border[s.astype(np.int64)]
+        constant, slope = line_through(s, seen)
+        off = np.median(np.abs(seen - constant - slope * s))
+        if not (inwards * slope > LEGS_SLOPE and off < LEGS_STRAIGHT * width_px):
+            return 0
+    return wide
 
 
 @numba.njit(cache=True)
