@@ -72,6 +72,12 @@ def test_ground_beside_a_bright_plate_that_looks_like_strings_is_no_bundle(unbou
     assert found.bundle[110:].all()
 
 
+def test_where_there_are_but_legs_there_is_no_bundle() -> None:
+    found = outline(seen(-LEGS[:70], LEGS[:70]), WIDTH_PX, 15.0, 0, 0.5)
+    assert not found.bundle.any()
+    assert np.isnan(found.apex_column)
+
+
 def test_a_knot_jammed_at_the_separator_is_the_bundle_s() -> None:
     """Three times as thick as that: a lump, whose borders are not straight."""
     found = outline(seen(*beside_plate(JAMMED)), WIDTH_PX, 15.0, 0, 0.5)

@@ -140,6 +140,7 @@ def outline(
         first = int(apex)
         apex += _between_legs(low[first:], high[first:], width_px, half)
         bundle[first : int(apex)] = False
+        apex = apex if bundle.any() else float("nan")
     low = np.where(bundle, low, np.nan)
     high = np.where(bundle, high, np.nan)
     return Silhouette(low, high, bundle, apex, cut & bundle)
