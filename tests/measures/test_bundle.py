@@ -151,7 +151,7 @@ def test_an_edge_that_goes_as_often_as_the_section_repeats_is_no_coil(phase: flo
     assert found.fit.pitch_px == pytest.approx(2.0 * np.pi / rate, rel=0.01)
 
 
-@pytest.mark.parametrize("coils_a_lobe", [0.2, 0.35, 0.7])
+@pytest.mark.parametrize("coils_a_lobe", [0.2, 0.35, 0.7, 1.0])
 def test_a_slight_coil_is_found_wherever_it_is_not_in_step(coils_a_lobe: float) -> None:
     """A sixth of D, so many coils a lobe."""
     section = pair_core(2)

@@ -278,8 +278,8 @@ def _by_outline(fit: HelixFit, expected_rate: float) -> float:
 def _in_step(fit: HelixFit) -> bool:
     """Whether all along a fit one coil takes one lobe of the strands, or as much of their turn as
     their section repeats by. Under light from one side the dark limb's edge is seen where the light
-    ends, which goes to and fro with the lobes: such a coil describes it, and its torsion adds up to
-    two thirds to the strands' pitch."""
-    rate, coils = abs(float(fit.p[K])), float(fit.p[KC])
-    beat = min(abs(a_turn * rate - coils) for a_turn in (fit.section.lobes, fit.section.fold))
+    ends, which goes to and fro with the lobes: such a coil describes it, about whose line strands
+    turn backwards, and its torsion adds up to two thirds to their pitch."""
+    turned, coils = float(fit.p[K] + fit.p[KC]), float(fit.p[KC])
+    beat = min(abs(a_turn * turned - coils) for a_turn in (fit.section.lobes, fit.section.fold))
     return beat * (fit.z_px[1] - fit.z_px[0]) < np.pi
