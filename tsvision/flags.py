@@ -65,7 +65,7 @@ MEANING: dict[str, str] = {
     "CURVED_AXIS": "the axis is curved; lengths follow the curve",
     "CAMERA_MOVED": "the camera or rig moved against the frame before",
     "KNOT_UNSURE": "an interval stands out but does not surely meet the knot criterion",
-    "COIL_UNSURE": "neither outline nor light is sure of the coil's strands; sds are larger for it",
+    "COIL_UNSURE": "neither outline nor light is sure of strands and coil; sds are larger for it",
     "LIMB_UNSEEN": "one side of the strands is dark: D rests on the outline's shape; light it too",
     "CLIPPED": "the strings leave the picture sideways: what is seen of them is cut off there",
     "OVEREXPOSED": "part of the bundle is saturated",

@@ -93,3 +93,15 @@ def test_a_frame_says_so_where_light_tells_the_width_no_better_than_the_shape_do
     assert rests_on_shape(unsure, 20.0)
     assert not rests_on_shape(unsure, 40.0)
     assert rests_on_shape(lit_from(67.5, 0.0), 40.0)
+
+
+@pytest.mark.parametrize("coiled", [True, False])
+def test_what_neither_outline_nor_light_is_sure_of_is_less_sure(coiled: bool) -> None:
+    """Six strings that begin to coil, fitted as straight: 7 px thin of 97 and stated to 2.4
+    (`wild 869`)."""
+    good, poor = fit_of(2, coiled), fit_of(2, coiled)
+    poor.cost, poor.relief = 0.67, 0.55
+    shade = plain_shading(4.0)
+    sds = [diameter_sd_px(fit, (shade, shade)) for fit in (good, poor)]  # type: ignore[arg-type]
+    assert sds[1] == pytest.approx(np.hypot(sds[0], 0.04 * 20.0))
+    assert pitch_sd_px(poor, 0.7) > 0.06 * 30.0 > pitch_sd_px(good, 0.7)  # type: ignore[arg-type]

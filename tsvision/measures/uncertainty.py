@@ -28,7 +28,8 @@ CORRELATION_SHARE = 0.5  # residuals stay alike over about half a strand diamete
 BENT_DIAMETER, BENT_PITCH = 0.03, 0.02
 ROOMY_DIAMETER = 0.045
 # A coil of whose strands neither the outline nor the light inside is sure may be another one. Two
-# in three of such lie within these shares (own renderer), one in twenty beyond three times that.
+# in three of such lie within these shares (own renderer), one in twenty beyond three times that. A
+# bundle so badly described as straight may begin to coil (path-traced: up to 8 % thin).
 UNSURE_DIAMETER, UNSURE_PITCH = 0.04, 0.06
 # A limb that no light reaches is not seen. With the lamp far to the other side D rests on what the
 # lit limb shows of the outline's shape, right to such a share (own renderer, lamp at 70 degrees).

@@ -63,5 +63,5 @@ def believed(fit: HelixFit) -> bool:
 
 
 def unsure(fit: HelixFit) -> bool:
-    """Whether a coil may be another one than was fitted."""
-    return fit.coiled and not believed(fit)
+    """Whether strands may coil otherwise than was fitted, or where no coil was."""
+    return not believed(fit)
