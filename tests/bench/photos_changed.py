@@ -19,7 +19,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from tests.bench.real_photos import PHOTOS, PLIED, YARN, Case
+from tests.bench.real_photos import PHOTOS, Case, cases_in
 from tsvision.images.frames import iter_frames, open_recording
 from tsvision.measures.recording import Measurer
 from tsvision.records import Frame, FrameRow, Rig
@@ -100,10 +100,9 @@ def main() -> int:
     words.add_argument("names", nargs="*", metavar="NAME", help="photos; all without")
     words.add_argument("--photos", type=Path, default=PHOTOS)
     given = words.parse_args()
-    cases = [case for case in [*YARN, *PLIED] if (given.photos / case.photo).is_file()]
+    cases = cases_in(given.photos)
     cases = [case for case in cases if not given.names or case.name in given.names]
     if not cases:
-        print(f"{given.photos}: none of the photos is there: nothing measured")
         return 0
     print("D in px as it is, then its change in %; * the other sense, - none told")
     print(" | ".join(["| photo | D", *(change.name for change in CHANGES), ""]).strip())

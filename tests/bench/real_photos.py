@@ -65,6 +65,14 @@ PLIED = [
 ]
 
 
+def cases_in(photos: Path) -> list[Case]:
+    """Those whose photo lies in a folder; says so where none does."""
+    cases = [case for case in [*YARN, *PLIED] if (photos / case.photo).is_file()]
+    if not cases:
+        print(f"{photos}: none of the photos is there: nothing measured")
+    return cases
+
+
 def measure(case: Case, photos: Path) -> tuple[FrameRow, np.ndarray]:
     """The row of one photo and the photo with what was measured drawn on it."""
     told: dict[str, object] = {}
@@ -135,9 +143,8 @@ def main() -> int:
     words.add_argument("--draw", action="store_true")
     words.add_argument("--photos", type=Path, default=PHOTOS)
     given = words.parse_args()
-    cases = [case for case in [*YARN, *PLIED] if (given.photos / case.photo).is_file()]
+    cases = cases_in(given.photos)
     if not cases:
-        print(f"{given.photos}: none of the photos is there: nothing measured")
         return 0
     print("| photo | D px | D mm | repeat px | by eye | sense | known | flags |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")

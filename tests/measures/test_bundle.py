@@ -141,7 +141,8 @@ def test_an_edge_that_goes_with_the_lobes_is_no_coil(phase: float) -> None:
 @pytest.mark.parametrize("phase", [0.0, 1.0, 2.0])
 def test_an_edge_that_goes_as_often_as_the_section_repeats_is_no_coil(phase: float) -> None:
     """Six strands make four lobes a turn, but lie alike twice a turn: so often a dark limb's edge
-    goes in and out. Told as coils (seven of nine frames), their pitch was up to 60 % off."""
+    goes in and out. Told as coils (in five straight frames of eight) their pitch was up to 61 %
+    off."""
     section, rate = pair_core(6), 0.1
     lit = twisted(section, rate, 0.4)
     inside = 1.5 * (1.0 + np.cos(2.0 * rate * np.arange(241.0) + phase))
