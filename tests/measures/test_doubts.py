@@ -4,26 +4,22 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 import pytest
 
 from tests.measures.pictures import measure, picture
-from tests.srgb import encode
 from tsvision.images.strip import straight_axis
 from tsvision.measures import frame
-from tsvision.measures.bundle import BundleFit, fit_window
+from tsvision.measures.bundle import BundleFit
 from tsvision.measures.doubts import (
     clipped,
-    is_smooth,
     knots_unsure,
     less_sure_of_pitch,
 )
 from tsvision.measures.helix import Edges, HelixFit
-from tsvision.measures.recording import Measurer
 from tsvision.measures.section import pair_core
-from tsvision.measures.silhouette import KC, PARAMETERS, RC, RHO, K, model_edges
-from tsvision.records import Camera, Frame, FrameRow, KnotSighting, Rig, Strings, View
+from tsvision.measures.silhouette import KC, PARAMETERS, RC, RHO, K
+from tsvision.records import FrameRow, KnotSighting
 
 D = 30.0
 SHAPE = (400, 600, 3)
@@ -65,58 +61,6 @@ def test_one_limb_at_the_border_is_not_yet_clipped() -> None:
     short = cord()
     short.upper_weight[:300] = short.upper_weight[320:] = 0.0
     assert not clipped(cut_at(short, 14.0), axis, SHAPE, D)
-
-
-def of_eight(edges: Edges, diameter_px: float) -> BundleFit:
-    """What eight strands make of some edges."""
-    last = float(edges.s_px[-1])
-    fit = fit_window(edges, pair_core(8), 0.0, last, diameter_px, float("nan"))
-    assert fit is not None
-    return fit
-
-
-def roughened(edges: Edges, sd_px: float, seed: int) -> Edges:
-    noise = sd_px * np.random.default_rng(seed).standard_normal((2, edges.s_px.size))
-    return replace(edges, upper_px=edges.upper_px + noise[0], lower_px=edges.lower_px + noise[1])
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_a_leg_of_four_strands_is_no_bundle_of_eight(seed: int) -> None:
-    """Its edges are straight lines, a little oblique; some helix of eight comes near them."""
-    s = np.arange(700.0)
-    even = np.ones(s.size)
-    leg = roughened(Edges(s, 35.0 + 0.01 * s, -36.0 + 0.012 * s, even, even), 0.3, seed)
-    assert is_smooth(leg, of_eight(leg, 71.0))
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_a_bundle_of_eight_is_not_smooth(seed: int) -> None:
-    """Its edges swing by 2.5 px, in noise of 0.3."""
-    section, s = pair_core(8), np.arange(500.0)
-    p = np.zeros(PARAMETERS)
-    p[[RHO, K]] = 12.0 / section.diameter_d, 2.0 * np.pi / 90.0
-    upper, lower = model_edges(p, section, -250.0, s.size)
-    even = np.ones(s.size)
-    bundle = roughened(Edges(s, upper, lower, even, even), 0.3, seed)
-    fit = of_eight(bundle, 24.0)
-    assert fit.fit.pitch_px == pytest.approx(90.0, rel=0.02)
-    assert not is_smooth(bundle, fit)
-
-
-def test_a_picture_of_such_a_leg_tells_no_width() -> None:
-    """Eight strings make a bundle of 96 px, four side by side a smooth strip of 72."""
-    rng = np.random.default_rng(1)
-    n = np.abs(np.arange(400.0) - 200.0)[:, None] / 36.0
-    light = 0.05 + 0.6 * np.sqrt(np.clip(1.0 - n**2, 0.0, 1.0)) * np.ones((1, 900))
-    light = cv2.GaussianBlur(light, (0, 0), 1.0) + 0.01 * rng.standard_normal(light.shape)
-    strings, camera = Strings(count=8, diameter_mm=0.24), Camera(mm_per_px=0.24 * 3.6458 / 96.0)
-    measurer = Measurer(Rig(strings=strings, camera=camera, view=View(separator_side="none")))
-    pictures = [encode(light), encode(light)]
-    measurer.prime(pictures)
-    assert measurer.looks is not None
-    row = measurer.measure(Frame(0, "", pictures[0]), 3.0).row
-    assert np.isnan(row.diameter_px) and np.isnan(row.pitch_px)
-    assert row.flags == "NO_BUNDLE"
 
 
 def test_a_leg_that_crosses_the_axis_is_no_bundle(monkeypatch: pytest.MonkeyPatch) -> None:

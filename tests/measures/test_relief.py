@@ -1,8 +1,4 @@
-"""The light inside the outline tells coils apart that have nearly the same outline.
-
-The strips here are drawn by brute force, surface point by surface point, with light that is cut off
-behind the limb as light is: nothing of it is shared with the drawing that is tested.
-"""
+"""The light inside the outline tells coils apart that have nearly the same outline."""
 
 from __future__ import annotations
 
@@ -10,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.ndimage import gaussian_filter, gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d
 
+from tests.measures.lit import BLUR_PX, COLUMNS, lit
 from tsvision.measures.band import Band
 from tsvision.measures.branches import best_branch
 from tsvision.measures.helix import Edges, fit_helix, with_relief
@@ -31,7 +28,6 @@ from tsvision.measures.silhouette import (
 )
 from tsvision.measures.weigh import weighed
 
-HALF, COLUMNS, BLUR_PX = 30, 161, 0.8
 LIGHTS = {"from the camera": (0.0, 0.0, 1.0), "from the side": (0.3, 0.6, 0.75)}
 
 
@@ -41,43 +37,6 @@ def coil(strings: int, phase: float = 0.4) -> np.ndarray:
     p[RHO] = 10.0 / pair_core(strings).diameter_d
     p[K], p[PHI], p[RC], p[KC], p[PHIC] = 0.19, phase, 8.0, 2.0 * np.pi / 38.0, 1.0
     return p
-
-
-def lit(p: np.ndarray, strings: int, light: tuple[float, float, float], side: int) -> np.ndarray:
-    """(R, M) the strands' surface points, the foremost of each pixel, lit from `light`."""
-    section = pair_core(strings)
-    z = np.arange(-0.5 * COLUMNS - 30.0, 0.5 * COLUMNS + 30.0, 0.12)
-    theta = p[KC] * z + p[PHIC]
-    line = np.stack([z, p[RC] * np.cos(theta), p[RC] * np.sin(theta)], 1)
-    tangent = np.gradient(line, z, axis=0)
-    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-    normal = np.stack([0.0 * z, -np.cos(theta), -np.sin(theta)], 1)
-    binormal = np.cross(tangent, normal)
-    points, normals = [], []
-    for radius, angle in zip(section.radius_d, section.angle_rad, strict=True):
-        psi = (p[K] * z + p[PHI] + angle)[:, None]
-        centre = line + 2.0 * p[RHO] * radius * (np.cos(psi) * normal + np.sin(psi) * binormal)
-        along = np.gradient(centre, z, axis=0)
-        along /= np.linalg.norm(along, axis=1, keepdims=True)
-        first = np.cross(along, [0.13, 0.42, 0.9])
-        first /= np.linalg.norm(first, axis=1, keepdims=True)
-        second = np.cross(along, first)
-        for turn in np.linspace(0.0, 2.0 * np.pi, 120, endpoint=False):
-            outward = np.cos(turn) * first + np.sin(turn) * second
-            points.append(centre + p[RHO] * outward)
-            normals.append(outward)
-    xyz, n = np.concatenate(points), np.concatenate(normals)
-    xyz[:, 2] *= side
-    n[:, 2] *= side
-    row = np.round(xyz[:, 1] + HALF).astype(int)
-    column = np.round(xyz[:, 0] + 0.5 * (COLUMNS - 1)).astype(int)
-    inside = (row >= 0) & (row <= 2 * HALF) & (column >= 0) & (column < COLUMNS)
-    order = np.argsort(xyz[inside, 2])
-    direction = np.array(light) / np.linalg.norm(light)
-    shade = 0.2 + 0.8 * np.clip(n @ direction, 0.0, None)
-    picture = np.zeros((2 * HALF + 1, COLUMNS), dtype=np.float32)
-    picture[row[inside][order], column[inside][order]] = shade[inside][order]
-    return gaussian_filter(picture, BLUR_PX)
 
 
 def lobes_off(p: np.ndarray, strings: int, more: int) -> list[np.ndarray]:
@@ -164,7 +123,7 @@ def test_light_tells_strands_whose_lobes_are_levelled() -> None:
         upper, lower = outline - 0.6 * lobes + 0.8 * ripples / ripples.std()
         dark = Edges(np.arange(float(COLUMNS)), upper, lower, *np.ones((2, COLUMNS)))
         both = [
-            search_straight(seen, section, 20.0, Band(0.1, 0.7, 0.26), 0.5)
+            search_straight(seen, section, 20.0, Band(0.1, 0.7, 0.26, 0.26), 0.5)
             for seen in (dark, replace(dark, light=picture))
         ]
         found.append([fit is not None and abs(fit.p[K] / 0.26 - 1.0) < 0.03 for fit in both])

@@ -17,11 +17,13 @@ LOBES = 1.5  # ... is the highest rate tried where turns are known
 @dataclass(frozen=True)
 class Band:
     """Strand rates to scan, rad/px; `expected`: rate of strands and coiling together that the
-    motor's turns lead one to expect, NaN when unknown."""
+    motor's turns lead one to expect; `led`: such a rate to begin from as well, whatever the scan
+    shows. NaN when unknown."""
 
     low: float
     high: float
     expected: float = float("nan")
+    led: float = float("nan")
 
 
 def full_band(
@@ -41,4 +43,4 @@ def full_band(
     high = stretch * 2.0 * np.pi / max(SHORTEST_PITCH * diameter_px, 4.0)
     if np.isfinite(expected_rate) and expected_rate > 0.0:
         high = min(high, max(MOST_TURNS * expected_rate, 2.0 * np.pi * LOBES / span))
-    return Band(low, max(high, low + 2.0 * np.pi / span), expected_rate)
+    return Band(low, max(high, low + 2.0 * np.pi / span), expected_rate, expected_rate)

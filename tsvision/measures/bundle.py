@@ -18,7 +18,7 @@ from tsvision.measures.search import (
     search_straight,
     straight_at,
 )
-from tsvision.measures.silhouette import KC, SLOPE, K, Section
+from tsvision.measures.silhouette import KC, RC, SLOPE, K, Section, passing
 from tsvision.measures.sums import deviation
 from tsvision.measures.weigh import PLAINLY, believed, doubt, is_plain, weighed
 
@@ -163,13 +163,45 @@ def _searched(
     variants = section.variants()
     if settled is not None:
         variants = tuple(sorted(variants, key=lambda v: v.name != settled.name))
-    if not (coil and swing > SWINGS_WIDELY):
-        band = full_band(part, diameter_px, expected_rate)
-        for variant in variants:
-            straight = search_straight(part, variant, diameter_px, band, scale_px)
-            best = _choose(best, straight, expected_rate)
+    widely = coil and swing > SWINGS_WIDELY
+    if not widely:
+        best = _straight(part, variants, diameter_px, expected_rate, scale_px, best)
     if not coil or (swing < SWINGS and best is not None and is_plain(part, best, scale_px)):
         return best
+    best = _coiled(part, variants, diameter_px, expected_rate, scale_px, best, settled is not None)
+    # A coil that hardly swings is not what makes the middle line do so: edges that were lost are.
+    if widely and best is not None and best.p[RC] < SWINGS * best.diameter_px:
+        best = _straight(part, variants, diameter_px, expected_rate, scale_px, best)
+    return best
+
+
+def _straight(
+    part: Edges,
+    variants: tuple[Section, ...],
+    diameter_px: float,
+    expected_rate: float,
+    scale_px: float,
+    best: HelixFit | None,
+) -> HelixFit | None:
+    """The best of `best` and of straight helices."""
+    band = full_band(part, diameter_px, expected_rate)
+    for variant in variants:
+        straight = search_straight(part, variant, diameter_px, band, scale_px)
+        best = _choose(best, straight, expected_rate)
+    return best
+
+
+def _coiled(
+    part: Edges,
+    variants: tuple[Section, ...],
+    diameter_px: float,
+    expected_rate: float,
+    scale_px: float,
+    best: HelixFit | None,
+    settled: bool,
+) -> HelixFit | None:
+    """The best of `best` and of coiled helices; settled: whether the frame before showed which of
+    the variants it is, the first then, and which coil."""
     for coils in coils_of(part, diameter_px):
         bands = [full_band(part, diameter_px, expected_rate, c) for c in coils]
         for variant in variants:
@@ -178,10 +210,9 @@ def _searched(
                 coiled = _upright(best_branch(part, coiled, bands[0], scale_px))
             best = _choose(best, coiled, expected_rate)
             # Strands do not change places between two frames.
-            if settled is not None and best is not None and best.coiled and believed(best):
+            if settled and best is not None and best.coiled and believed(best):
                 return best
-        # Which coil it is was settled when the bundle was first seen.
-        if best is not None and best.coiled and (settled is not None or believed(best)):
+        if best is not None and best.coiled and (settled or believed(best)):
             break
     return best
 
@@ -204,13 +235,16 @@ def _carried_on(
     diameter = fit.diameter_px
     rate = float(fit.p[K])
     grown = expected_rate / before.expected_rate if before.expected_rate > 0.0 else NAN
-    moved = rate * float(np.clip(grown, 0.7, 1.4)) if np.isfinite(grown) else rate
+    # The coils pass as often as before, nearly: what the motor has turned since the strands have.
+    grown = float(np.clip(grown, 0.7, 1.4)) if np.isfinite(grown) else 1.0
+    moved = rate + passing(fit.p) * (grown - 1.0)
     if not fit.coiled and expected_rate > 0.0:
-        led = straight_at(part, fit, moved, scale_px)
-        if led is not None and led.cost < LED_ON * fit.cost + 0.01:
-            return replace(led, relief=fit.relief)  # the same strands, under the same light
+        same = straight_at(part, fit, moved, scale_px)
+        if same is not None and same.cost < LED_ON * fit.cost + 0.01:
+            return replace(same, relief=fit.relief)  # the same strands, under the same light
     margin = 0.04 * abs(rate) + 0.2 / max(float(np.ptp(part.s_px)), 1.0)
-    band = Band(min(rate, moved) - margin, max(rate, moved) + margin, expected_rate)
+    led = passing(fit.p) * grown
+    band = Band(min(rate, moved) - margin, max(rate, moved) + margin, expected_rate, led)
     if not fit.coiled:
         return search_straight(part, section, diameter, band, scale_px)
     coil = coil_at(part, float(fit.p[KC]))
@@ -280,6 +314,6 @@ def _in_step(fit: HelixFit) -> bool:
     their section repeats by. Under light from one side the dark limb's edge is seen where the light
     ends, which goes to and fro with the lobes: such a coil describes it, about whose line strands
     turn backwards, and its torsion adds up to two thirds to their pitch."""
-    turned, coils = float(fit.p[K] + fit.p[KC]), float(fit.p[KC])
+    turned, coils = passing(fit.p), float(fit.p[KC])
     beat = min(abs(a_turn * turned - coils) for a_turn in (fit.section.lobes, fit.section.fold))
     return beat * (fit.z_px[1] - fit.z_px[0]) < np.pi

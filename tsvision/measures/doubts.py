@@ -8,15 +8,12 @@ import numba
 import numpy as np
 
 from tsvision.images.strip import Axis
-from tsvision.measures.bundle import SEEN, BundleFit
+from tsvision.measures.bundle import BundleFit
 from tsvision.measures.helix import Edges
-from tsvision.measures.line import line_through
-from tsvision.measures.silhouette import KC, K
-from tsvision.measures.sums import summed
+from tsvision.measures.silhouette import passing
 from tsvision.measures.weigh import doubt
 from tsvision.records import FrameRow, KnotSighting
 
-SMOOTH = 0.8  # of what straight lines leave of the edges; films' bundles, fitted, leave up to 0.62
 POOR_WEIGHT = 0.55  # of the edges along the bundle, in the mean: films show 0.7 and more
 GROSSLY = 1.2  # by how much a fit counts less for its rate: 1.75 times the motor's, or a third
 SURE = 0.9  # confidence of a knot below which it may be none
@@ -30,27 +27,6 @@ def edges_poor(edges: Edges) -> bool:
     matched = np.minimum(edges.upper_weight, edges.lower_weight)
     seen = np.flatnonzero((edges.upper_weight > 0) | (edges.lower_weight > 0))
     return bool(seen.size and matched[seen[0] : seen[-1] + 1].mean() < POOR_WEIGHT)
-
-
-def is_smooth(edges: Edges, found: BundleFit) -> bool:
-    """Whether straight lines describe a stretch's edges nearly as well as the strands fitted to
-    them: those of a leg, of strands side by side, or of a rod."""
-    if found.lobes_seen < 1.0:
-        return False
-    part = edges.window(found.s_low_px, found.s_high_px)
-    sides = ((part.upper_px, part.upper_weight), (part.lower_px, part.lower_weight))
-    return found.fit.rms_px > SMOOTH * max(_bent_px(*side) for side in sides)
-
-
-@numba.njit(cache=True)
-def _bent_px(edge_px, weight):  # pragma: no cover - compiled
-    """rms by which an edge (M,) differs from a straight line."""
-    known = weight > SEEN
-    if np.count_nonzero(known) < 3:
-        return 0.0
-    s, n, w = np.flatnonzero(known).astype(np.float64), edge_px[known], weight[known]
-    constant, slope = line_through(s, n, w)
-    return np.sqrt(summed(w * (n - constant - slope * s) ** 2) / summed(w))
 
 
 def turns_disagree(row: FrameRow, near: BundleFit | None) -> bool:
@@ -69,7 +45,7 @@ def less_sure_of_pitch(row: FrameRow, near: BundleFit | None) -> FrameRow:
     if near is None or not (near.fit.coiled or near.shows_few_lobes):
         return row
     counted = abs(row.turn_budget_error / row.turns) if row.turns else float("nan")
-    led = float(near.fit.p[K] + near.fit.p[KC]) / (near.expected_rate or float("nan"))
+    led = passing(near.fit.p) / (near.expected_rate or float("nan"))
     known = [off for off in (counted, abs(led - 1.0)) if np.isfinite(off)]
     if not known:
         return row

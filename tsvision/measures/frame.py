@@ -19,7 +19,6 @@ from tsvision.measures.cut import BURNT_OUT, Cut, cut_frame, find_edges
 from tsvision.measures.doubts import (
     clipped,
     edges_poor,
-    is_smooth,
     knots_unsure,
     less_sure_of_pitch,
     turns_disagree,
@@ -30,11 +29,12 @@ from tsvision.measures.helix import Edges
 from tsvision.measures.legs import apex_from_legs
 from tsvision.measures.looks import Looks
 from tsvision.measures.outline import add_outline
-from tsvision.measures.silhouette import KC, RHO, K
+from tsvision.measures.silhouette import KC, RHO, passing
 from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px, rests_on_shape
 from tsvision.measures.unmatched import with_outline
+from tsvision.measures.untwisted import is_leg, is_smooth
 from tsvision.measures.weigh import unsure
-from tsvision.measures.width import is_tapered, width_between_knots, width_sd_px
+from tsvision.measures.width import width_between_knots, width_sd_px
 from tsvision.records import Frame, FrameResult, FrameRow
 
 NAN = float("nan")
@@ -42,7 +42,6 @@ PLAIN_SLOPE = 0.2  # of the ridges: that frame's own sense; strands seldom show 
 SURE_OF_SENSE = 0.7  # confidence below which none is told
 NO_WIDTH = 0.25  # of D: what is less sure than that is no measurement of it
 NO_TWIST = 0.5  # of the pitch: strands that may as well not turn at all have none
-LEG = 1.4  # times the least width possible: what is smooth and thinner is a leg of many strands
 LEGS_TURNS = 0.25  # turns that the legs hold between holes and apex: below, nothing is twisted
 
 
@@ -85,8 +84,7 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
     if near is not None and is_aslant(near.fit):
         return _failed(row, Flag.NO_BUNDLE), warm
     if near is not None and is_smooth(edges, near):
-        is_leg = near.fit.diameter_px < LEG * looks.possible_px[0]
-        if is_leg or is_tapered(edges.window(near.s_low_px, near.s_high_px)):
+        if is_leg(edges, near, looks.possible_px[0]):
             return _failed(row, Flag.NO_BUNDLE), warm
         near, mid, flags = None, None, flags | Flag.TOO_FEW_TURNS
     row, flags = _bundle_values(row, flags, near, mid, edges, looks)
@@ -278,8 +276,7 @@ def _is_possible(width_px: float, looks: Looks) -> bool:
 def _strand_repeat(fit) -> float:
     """Distance along the axis between neighbouring outer strands where they cross it, px."""
     outer = int((fit.section.radius_d > fit.section.radius_d.max() - 1e-6).sum())
-    rate = fit.p[K] + (fit.p[KC] if fit.coiled else 0.0)
-    return float(2 * np.pi / rate / max(outer, 1))
+    return float(2 * np.pi / passing(fit.p) / max(outer, 1))
 
 
 def _handedness(

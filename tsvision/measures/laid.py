@@ -53,9 +53,12 @@ def laid_along(
     last s of each; followed: what is told from place to place, which goes before that.
     """
     fit = found.fit
+    along = float(twist(fit.p))  # rad per px of bundle
+    if not (fit.coiled or knots_px or followed):
+        length_px = end_px - start_px  # everywhere the same, and no longer than the axis
+        return Laid(along * length_px / (2.0 * np.pi), length_px, 0.0, 0.0)
     s = np.arange(np.ceil(start_px), end_px)
     known = np.isfinite(envelope.px)
-    along = float(twist(fit.p))  # rad per px of bundle
     rate = np.full(s.size, float(fit.p[KC]) if fit.coiled else 0.0)
     radius = np.zeros(s.size)
     if fit.coiled:

@@ -18,7 +18,7 @@ from tsvision.measures.band import Band
 from tsvision.measures.helix import Edges, HelixFit, descend, fit_helix, with_relief
 from tsvision.measures.line import line_through
 from tsvision.measures.loose import loosened
-from tsvision.measures.reduced import SEARCH_DIAMETER_PX, reduced
+from tsvision.measures.reduced import SEARCH_DIAMETER_PX, Reduced, reduced
 from tsvision.measures.silhouette import (
     FREE_COILED,
     FREE_STRAIGHT,
@@ -186,8 +186,10 @@ def spectrum_peaks(
 
 
 def _centre(edges: Edges) -> tuple[np.ndarray, np.ndarray]:
+    """The middle of both edges (M,), nearer to the one trusted more, and its weights (M,)."""
     w = np.minimum(edges.upper_weight, edges.lower_weight)
-    return 0.5 * (edges.upper_px + edges.lower_px), w
+    up, down = np.array(edges.trust) / sum(edges.trust)
+    return up * edges.upper_px + down * edges.lower_px, w
 
 
 def _bases(edges: Edges, section: Section, diameter_px: float) -> list[np.ndarray]:
@@ -195,7 +197,10 @@ def _bases(edges: Edges, section: Section, diameter_px: float) -> list[np.ndarra
     the edges show it where that is something else."""
     centre, w = _centre(edges)
     z = edges.s_px - 0.5 * (edges.s_px[0] + edges.s_px[-1])
-    middle, slope = line_through(z, centre, w**2)
+    # Half a bundle inside the edges, of which one may be trusted more than the other.
+    lean = (edges.trust[0] - edges.trust[1]) / sum(edges.trust)
+    inside = lean * section.mean_half_d * diameter_px / section.diameter_d
+    middle, slope = line_through(z, centre - inside, w**2)
     clear = w > 0.3
     widths = [diameter_px]
     if clear.any():
@@ -220,40 +225,67 @@ def _search(
 ) -> HelixFit | None:
     if not bases:
         return None
-    free = FREE_COILED if coiled else FREE_STRAIGHT
     small = reduced(edges, 2.0 * bases[0][RHO] * section.diameter_d / SEARCH_DIAMETER_PX)
-    coarse, factor = small.edges, small.factor
-    half = 0.5 * float(coarse.s_px[-1] - coarse.s_px[0])
-    starts: list[tuple[float, np.ndarray]] = []
+    led: list[tuple[float, np.ndarray]] = []
+    valleys: list[tuple[float, np.ndarray]] = []
     for base, band in zip(bases, bands, strict=True):
-        starts += _valleys(coarse, section, small.down(base), band, factor)
-    starts.sort(key=lambda start: start[0])
+        led_to, deep = _valleys(small.edges, section, small.down(base), band, small.factor)
+        led += led_to
+        valleys += deep
+    # The rate led to is followed whatever it costs before it is fitted.
+    led.sort(key=lambda start: start[0])
+    likeliest = led[:1]
+    starts = likeliest + sorted(valleys + led[1:], key=lambda start: start[0])
     expected = bands[0].expected
     best: HelixFit | None = None
     # What is no good fit after the deepest valleys may have missed its own.
-    for some in (starts[:VALLEYS], starts[VALLEYS : 3 * VALLEYS]):
+    for first, last, heard in ((0, VALLEYS, len(likeliest)), (VALLEYS, 3 * VALLEYS, 0)):
+        some = [p for _, p in starts[first:last]]
         if not some or (best is not None and best.cost < POOR):
             break
-        tried = [
-            descend(coarse, section, p, free, 2.0 * scale_px / factor, iterations=5)
-            for _, p in some
-        ]
-        tried = [(p, cost * doubt(p, expected * factor)) for p, cost in tried]
-        tried.sort(key=lambda found: found[1])
-        # Two valleys that are nearly as deep at reduced size may change places at full size.
-        first = fit_helix(edges, section, small.up(tried[0][0]), free, scale_px)
-        plain = not coiled and is_plain(edges, first, scale_px)
-        deep = [p for p, cost in tried if cost < LIKELY[plain] * tried[0][1] + 0.01]
-        other = [p for p in deep[1:] if not _same(deep[0], p, section, half)][: OTHERS[plain]]
-        fits = [first, *(fit_helix(edges, section, small.up(p), free, scale_px) for p in other)]
-        # Where the outline alone does not tell: lobes that blur and coding have all but levelled
-        # fit at the half of their pitch, too.
-        if not plain:
-            fits = [with_relief(edges, fit) for fit in fits]
-        for fit in fits:
+        for fit in _fits_from(edges, small, section, some, heard, expected, coiled, scale_px):
             if best is None or weighed(fit, expected) < weighed(best, expected):
                 best = fit
     return best
+
+
+def _fits_from(
+    edges: Edges,
+    small: Reduced,
+    section: Section,
+    starts: list[np.ndarray],
+    heard: int,
+    expected: float,
+    coiled: bool,
+    scale_px: float,
+) -> list[HelixFit]:
+    """The fits to which the likeliest of some starts (11,) at reduced size lead; where the outline
+    alone does not tell, those too to which so many first ones do, with the light inside."""
+    free = FREE_COILED if coiled else FREE_STRAIGHT
+    half = 0.5 * float(small.edges.s_px[-1] - small.edges.s_px[0])
+    scale = 2.0 * scale_px / small.factor
+    reached = [descend(small.edges, section, p, free, scale, iterations=5) for p in starts]
+    tried = [(p, cost * doubt(p, expected * small.factor)) for p, cost in reached]
+    tried.sort(key=lambda found: found[1])
+    # Two valleys that are nearly as deep at reduced size may change places at full size.
+    first = fit_helix(edges, section, small.up(tried[0][0]), free, scale_px)
+    plain = not coiled and is_plain(edges, first, scale_px)
+    deep = [p for p, cost in tried if cost < LIKELY[plain] * tried[0][1] + 0.01]
+    unlike = _unlike(deep, section, half)[: 1 + OTHERS[plain]]
+    if not plain:
+        unlike = _unlike(unlike + [p for p, _ in reached[:heard]], section, half)
+    fits = [first, *(fit_helix(edges, section, small.up(p), free, scale_px) for p in unlike[1:])]
+    # Lobes that blur and coding have all but levelled fit at the half of their pitch, too.
+    return fits if plain else [with_relief(edges, fit) for fit in fits]
+
+
+def _unlike(descents: list[np.ndarray], section: Section, half_px: float) -> list[np.ndarray]:
+    """Those of some descents (11,) that have come to other strands than any before them."""
+    kept: list[np.ndarray] = []
+    for p in descents:
+        if not any(_same(other, p, section, half_px) for other in kept):
+            kept.append(p)
+    return kept
 
 
 def _same(p: np.ndarray, q: np.ndarray, section: Section, half_px: float) -> bool:
@@ -268,28 +300,30 @@ def _same(p: np.ndarray, q: np.ndarray, section: Section, half_px: float) -> boo
 
 def _valleys(
     edges: Edges, section: Section, base: np.ndarray, band: Band, factor: float
-) -> list[tuple[float, np.ndarray]]:
-    """(cost, start) at the lowest places of the scan; `band` in rad per px of the full picture."""
+) -> tuple[list[tuple[float, np.ndarray]], list[tuple[float, np.ndarray]]]:
+    """(cost, start) at the rate that `band` leads to, and at the lowest places of the scan; `band`
+    in rad per px of the full picture."""
     half = 0.5 * float(edges.s_px[-1] - edges.s_px[0])
     lobes = section.lobes
     count = (band.high - band.low) * factor * half / STEP_RAD[lobes]
     count = int(np.clip(count, 3, 300)) + 1
     rates = np.linspace(band.low, band.high, count) * factor
-    alone = (band.expected - (base[KC] / factor if base[RC] > 0.0 else 0.0)) * factor
+    alone = (band.led - (base[KC] / factor if base[RC] > 0.0 else 0.0)) * factor
     if np.isfinite(alone) and rates[0] < alone < rates[-1]:
         rates = np.append(rates, alone)
     phases, costs = _scanned(edges, section, base, rates)
     # A section that is nearly four-fold has two deep valleys at one rate, a quarter turn apart.
     at = np.flatnonzero(_deep(costs[:count]))
     at = at[np.argsort(costs.ravel()[at])][: 3 * VALLEYS]
-    best = [divmod(one, phases.size) for one in at.tolist()]
-    best += [(i, int(np.argmin(costs[i]))) for i in range(count, rates.size)]
-    starts = []
-    for i, j in best:
-        p = base.copy()
+
+    def start(i: int, j: int) -> tuple[float, np.ndarray]:
+        p: np.ndarray = base.copy()
         p[K], p[PHI] = rates[i], phases[j]
-        starts.append((float(costs[i, j]) * doubt(p, band.expected * factor), p))
-    return starts
+        return float(costs[i, j]) * doubt(p, band.expected * factor), p
+
+    led = [start(i, int(np.argmin(costs[i]))) for i in range(count, rates.size)]
+    valleys = [start(*divmod(one, phases.size)) for one in at.tolist()]
+    return led, valleys
 
 
 def _lowest(phases: np.ndarray, costs: np.ndarray) -> float:

@@ -55,15 +55,21 @@ class Section:
     def outer(self) -> tuple[np.ndarray, np.ndarray]:
         """Radius and angle of the strands that ever reach the outline: the corners of the sites'
         convex hull, for all discs are of one size. Four of the pair core's eight."""
-        points = np.stack(
-            [self.radius_d * np.cos(self.angle_rad), self.radius_d * np.sin(self.angle_rad)], 1
-        )
-        if len(points) < 4:
+        if self.count < 4:
             return self.radius_d, self.angle_rad
-        turns = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False) + 1e-4
-        support = points @ np.stack([np.cos(turns), np.sin(turns)])
-        corners = np.unique(support.argmax(axis=0))
+        corners = np.unique(self._support_d.argmax(axis=0))
         return self.radius_d[corners], self.angle_rad[corners]
+
+    @cached_property
+    def mean_half_d(self) -> float:
+        """How far the outline lies from the axis, in the mean of all turns, in units of d."""
+        return 0.5 + float(self._support_d.max(axis=0).mean())
+
+    @cached_property
+    def _support_d(self) -> np.ndarray:
+        """How far out each strand's centre lies in any direction, (N, 720)."""
+        turns = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False) + 1e-4
+        return np.asarray(self.radius_d[:, None] * np.cos(turns - self.angle_rad[:, None]))
 
     @property
     def count(self) -> int:
@@ -240,6 +246,12 @@ def twist(p):  # pragma: no cover - compiled
         return p[K]
     stretch = np.sqrt(1.0 + (p[RC] * p[KC]) ** 2)
     return (p[K] + p[KC] / stretch) / stretch
+
+
+def passing(p: np.ndarray) -> float:
+    """Of strands and coil together before the camera, rad per px of the axis: all passings are the
+    turns."""
+    return float(p[K] + p[KC]) if p[RC] > 0.0 else float(p[K])
 
 
 @numba.njit(cache=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tsvision.measures.helix import Edges, HelixFit
-from tsvision.measures.silhouette import KC, RC, K
+from tsvision.measures.silhouette import passing
 
 POOR = 0.45  # cost above which a fit is not believed without having looked further, ...
 PLAIN = 0.12  # ... unless so little of it is left by what it explains of the light inside
@@ -42,7 +42,7 @@ def doubt(p: np.ndarray, expected_rate: float) -> float:
     """By how much the cost of a fit (11,) counts more, 1 or above, because strands and coils turn
     much more often, or much less, than the motor has. Where two fits are nearly as good the motor
     decides; a good fit stands against it, for a motor's count can be wrong."""
-    total = float(p[K] + (p[KC] if p[RC] > 0.0 else 0.0))
+    total = passing(p)
     if not (np.isfinite(expected_rate) and expected_rate > 0.0) or total <= 0.0:
         return 1.0
     off = np.log(total / expected_rate)

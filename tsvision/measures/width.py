@@ -7,29 +7,13 @@ from scipy.ndimage import gaussian_filter1d
 
 from tsvision.measures.bundle import swing_px
 from tsvision.measures.helix import Edges
-from tsvision.measures.line import line_through
+from tsvision.measures.untwisted import is_tapered
 from tsvision.measures.windows import even_stretches
 
 NAN = float("nan")
 WIDTH_SD, COILED_WIDTH_SD = 0.04, 0.08  # of the width: how far it may be from D
 COILED = 0.1  # of D: swing of the middle line
 LEGS_D = 0.6  # widths beside the apex in which the legs still lie apart
-# Of its length, by which what two borders bound grows narrower: legs from holes 5 mm apart that
-# meet within 23 mm do by 0.22 and more, a bundle seen at 4 degrees from 90 mm by 0.004. And how
-# evenly, of its width: strands, coils and knots swell and narrow by more.
-TAPERED, EVENLY = 0.1, 0.04
-
-
-def is_tapered(edges: Edges) -> bool:
-    """Whether the borders of a stretch run together evenly as those of two legs on their way to
-    meet, and no bundle's do."""
-    both = edges.both_seen
-    if both.sum() < 2:
-        return False
-    s, width = edges.s_px[both], (edges.upper_px - edges.lower_px)[both]
-    constant, slope = line_through(s, width)
-    off = float(np.median(np.abs(width - constant - slope * s)))
-    return abs(float(slope)) > TAPERED and off < EVENLY * float(np.median(width))
 
 
 def width_between_knots(edges: Edges, diameter_px: float) -> float:
