@@ -120,6 +120,18 @@ def test_no_coil_is_sought_in_noise(monkeypatch: pytest.MonkeyPatch) -> None:
     assert sought
 
 
+def test_no_coil_is_sought_where_the_middle_line_is_still(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What swells to both sides fits badly, but no coil makes it do so: such a search took up to
+    3 s in films of one dim limb (`wild 869`, `871`, `921`)."""
+    sought: list[tuple] = []
+    monkeypatch.setattr(bundle, "coils_of", lambda *a: sought.append(a) or [])
+    even = straight_in_noise(0.1)
+    swell = 1.2 * np.sin(0.31 * even.s_px)
+    swollen = replace(even, upper_px=even.upper_px + swell, lower_px=even.lower_px - swell)
+    found = fit_window(swollen, pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN)
+    assert found is not None and found.fit.cost > POOR and not sought
+
+
 @pytest.mark.parametrize("phase", [0.0, 3.0, 4.5])
 def test_an_edge_that_goes_with_the_lobes_is_no_coil(phase: float) -> None:
     """Two strands, straight, lit from one side: the dark limb's edge is seen up to 1.6 px inside,

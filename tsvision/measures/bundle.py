@@ -24,7 +24,8 @@ from tsvision.measures.weigh import PLAINLY, believed, doubt, is_plain, weighed
 
 NAN = float("nan")
 SCALE_PX = 0.5  # residual at which an edge point begins to count less
-SWINGS = 0.03  # rms of the middle line over D from which a coil is tried, ...
+STILL = 0.015  # rms of the middle line over D below which no coil could change the pitch by 1 %
+SWINGS = 0.03  # ... from which a coil is tried, ...
 SWINGS_WIDELY = 0.08  # ... and from which nothing else is
 SWINGS_ON = 1.15  # by what factor it must grow for a coil to be sought again where none was found
 LED_ON = 1.1  # times the cost of the frame before that a straight fit led on by the motor may have
@@ -166,13 +167,18 @@ def _searched(
     widely = coil and swing > SWINGS_WIDELY
     if not widely:
         best = _straight(part, variants, diameter_px, expected_rate, scale_px, best)
-    if not coil or (swing < SWINGS and best is not None and is_plain(part, best, scale_px)):
+    if not coil or (best is not None and _needs_no_coil(part, best, swing, scale_px)):
         return best
     best = _coiled(part, variants, diameter_px, expected_rate, scale_px, best, settled is not None)
     # A coil that hardly swings is not what makes the middle line do so: edges that were lost are.
     if widely and best is not None and best.p[RC] < SWINGS * best.diameter_px:
         best = _straight(part, variants, diameter_px, expected_rate, scale_px, best)
     return best
+
+
+def _needs_no_coil(part: Edges, best: HelixFit, swing: float, scale_px: float) -> bool:
+    """Whether what is fitted stands without a coil being tried: the middle line hardly swings."""
+    return swing < STILL or (swing < SWINGS and is_plain(part, best, scale_px))
 
 
 def _straight(
