@@ -164,37 +164,29 @@ def _searched(
     variants = section.variants()
     if settled is not None:
         variants = tuple(sorted(variants, key=lambda v: v.name != settled.name))
+
+    def straight_too(best: HelixFit | None) -> HelixFit | None:
+        band = full_band(part, diameter_px, expected_rate)
+        for variant in variants:
+            straight = search_straight(part, variant, diameter_px, band, scale_px)
+            best = _choose(best, straight, expected_rate)
+        return best
+
     widely = coil and swing > SWINGS_WIDELY
     if not widely:
-        best = _straight(part, variants, diameter_px, expected_rate, scale_px, best)
+        best = straight_too(best)
     if not coil or (best is not None and _needs_no_coil(part, best, swing, scale_px)):
         return best
     best = _coiled(part, variants, diameter_px, expected_rate, scale_px, best, settled is not None)
     # A coil that hardly swings is not what makes the middle line do so: edges that were lost are.
     if widely and best is not None and best.p[RC] < SWINGS * best.diameter_px:
-        best = _straight(part, variants, diameter_px, expected_rate, scale_px, best)
+        best = straight_too(best)
     return best
 
 
 def _needs_no_coil(part: Edges, best: HelixFit, swing: float, scale_px: float) -> bool:
     """Whether what is fitted stands without a coil being tried: the middle line hardly swings."""
     return swing < STILL or (swing < SWINGS and is_plain(part, best, scale_px))
-
-
-def _straight(
-    part: Edges,
-    variants: tuple[Section, ...],
-    diameter_px: float,
-    expected_rate: float,
-    scale_px: float,
-    best: HelixFit | None,
-) -> HelixFit | None:
-    """The best of `best` and of straight helices."""
-    band = full_band(part, diameter_px, expected_rate)
-    for variant in variants:
-        straight = search_straight(part, variant, diameter_px, band, scale_px)
-        best = _choose(best, straight, expected_rate)
-    return best
 
 
 def _coiled(

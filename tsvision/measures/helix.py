@@ -111,6 +111,12 @@ class Edges:
         """Columns (M,) bool in which both edges were found."""
         return np.minimum(self.upper_weight, self.lower_weight) > SEEN
 
+    @property
+    def shares(self) -> tuple[float, float]:
+        """By how much the upper and the lower edge are trusted, together 1."""
+        upper, lower = self.trust
+        return upper / (upper + lower), lower / (upper + lower)
+
     @cached_property
     def observed(self) -> np.ndarray:
         """The upper and the lower edge, (2, M), px."""

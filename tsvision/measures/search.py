@@ -188,7 +188,7 @@ def spectrum_peaks(
 def _centre(edges: Edges) -> tuple[np.ndarray, np.ndarray]:
     """The middle of both edges (M,), nearer to the one trusted more, and its weights (M,)."""
     w = np.minimum(edges.upper_weight, edges.lower_weight)
-    up, down = np.array(edges.trust) / sum(edges.trust)
+    up, down = edges.shares
     return up * edges.upper_px + down * edges.lower_px, w
 
 
@@ -198,8 +198,8 @@ def _bases(edges: Edges, section: Section, diameter_px: float) -> list[np.ndarra
     centre, w = _centre(edges)
     z = edges.s_px - 0.5 * (edges.s_px[0] + edges.s_px[-1])
     # Half a bundle inside the edges, of which one may be trusted more than the other.
-    lean = (edges.trust[0] - edges.trust[1]) / sum(edges.trust)
-    inside = lean * section.mean_half_d * diameter_px / section.diameter_d
+    up, down = edges.shares
+    inside = (up - down) * section.mean_half_d * diameter_px / section.diameter_d
     middle, slope = line_through(z, centre - inside, w**2)
     clear = w > 0.3
     widths = [diameter_px]
@@ -259,8 +259,8 @@ def _fits_from(
     coiled: bool,
     scale_px: float,
 ) -> list[HelixFit]:
-    """The fits to which the likeliest of some starts (11,) at reduced size lead; where the outline
-    alone does not tell, those too to which so many first ones do, with the light inside."""
+    """The fits to which the likeliest of some starts (11,) at reduced size lead. Where the outline
+    alone does not tell, with the light inside, and the first `heard` starts, likely or not."""
     free = FREE_COILED if coiled else FREE_STRAIGHT
     half = 0.5 * float(small.edges.s_px[-1] - small.edges.s_px[0])
     scale = 2.0 * scale_px / small.factor
