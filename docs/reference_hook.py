@@ -236,7 +236,7 @@ def python_page(package: str) -> str:
     parts = [f"# {package}", inspect.getdoc(found) or ""]
     names = [package]
     if hasattr(found, "__path__"):
-        names = [f"{package}.{m.name}" for m in pkgutil.iter_modules(found.__path__)]
+        names = [m.name for m in pkgutil.walk_packages(found.__path__, f"{package}.")]
     for name in names:
         module = importlib.import_module(name)
         members = [

@@ -30,6 +30,21 @@ ALLOWED = {
     "tsvision.diagnosis": {"tsvision.models", "tsvision.mechanisms", "tsvision.data"},
     "synth": set(),
 }
+# Within the measuring code: each knows only those before it. Files beside the folders are stages.
+STAGES = (
+    ("numeric",),
+    ("edges",),
+    ("helix",),
+    ("light",),
+    ("ends",),
+    ("count", "handedness", "scale"),
+    ("looks",),
+    ("zone",),
+    ("frame",),
+    ("alone",),
+    ("late", "cords"),
+    ("recording",),
+)
 
 
 def imported_modules(path: Path) -> set[str]:
@@ -52,6 +67,23 @@ def test_imports_run_one_way() -> None:
                 known = any(name == a or name.startswith(a + ".") for a in allowed)
                 if not (own or known or name in BASE):
                     wrong.append(f"{path.relative_to(ROOT)} imports {name}")
+    assert not wrong, "\n".join(wrong)
+
+
+def test_measuring_goes_from_stage_to_stage() -> None:
+    place = {name: i for i, stage in enumerate(STAGES) for name in stage}
+    folder = ROOT / "tsvision" / "measures"
+    wrong = []
+    for path in sorted(folder.rglob("*.py")):
+        own = path.relative_to(folder).with_suffix("").parts[0]
+        if own == "__init__":
+            continue
+        for name in sorted(imported_modules(path)):
+            if not name.startswith("tsvision.measures."):
+                continue
+            known = name.split(".")[2]
+            if known != own and not place[known] < place[own]:
+                wrong.append(f"{path.relative_to(ROOT)} imports {name}")
     assert not wrong, "\n".join(wrong)
 
 

@@ -18,13 +18,14 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from tests.bench.pictures48_draw import cases, draw
-from tsvision.measures.bundle import fit_window
-from tsvision.measures.cut import cut_frame, find_edges
+from tsvision.measures.edges.cut import cut_frame
+from tsvision.measures.edges.find import find_edges
+from tsvision.measures.edges.shading import EdgeProfile
+from tsvision.measures.helix.bundle import fit_window
+from tsvision.measures.helix.silhouette import model_edges
+from tsvision.measures.helix.windows import near_window
+from tsvision.measures.light.shading_fit import fit_shading
 from tsvision.measures.looks import Looks, learn_looks
-from tsvision.measures.shading import EdgeProfile
-from tsvision.measures.shading_fit import fit_shading
-from tsvision.measures.silhouette import model_edges
-from tsvision.measures.windows import near_window
 from tsvision.records import Rig, Scale, Strings, View
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "measuring"

@@ -20,7 +20,7 @@ import pandas as pd
 from synth.strands import hole_diameter_mm
 from tests.bench.onset_cases import Case, exact, name_of, onset_truth, plan, simulated
 from tests.bench.onset_peers import detectors, onset_by
-from tsvision.measures.knots import LOBE
+from tsvision.measures.zone.knots import LOBE
 from tsvision.records import Actuator, Rig
 from tsvision.timeline.account import Account, account
 from tsvision.timeline.evidence import ratio_of

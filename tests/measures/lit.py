@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from tsvision.measures.section import pair_core
-from tsvision.measures.silhouette import KC, PHI, PHIC, RC, RHO, K
+from tsvision.measures.helix.section import pair_core
+from tsvision.measures.helix.silhouette import KC, PHI, PHIC, RC, RHO, K
 
 HALF, COLUMNS, BLUR_PX = 30, 161, 0.8
 

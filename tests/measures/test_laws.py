@@ -8,9 +8,9 @@ import pytest
 
 from tests.measures.pictures import CASE, measure, picture
 from tsvision.flags import Flag, flags_from_text
-from tsvision.measures.doubts import edges_poor
-from tsvision.measures.helix import Edges
+from tsvision.measures.edges.edges import Edges
 from tsvision.measures.recording import Measurer
+from tsvision.measures.zone.doubts import edges_poor
 from tsvision.records import Frame, FrameRow, Rig, Strings
 
 

@@ -19,7 +19,8 @@ from synth.build import make_settings
 from synth.recording import write_recording
 from synth.settings import Settings, Strings
 from tsvision.images.frames import open_recording
-from tsvision.measures import frame, shading
+from tsvision.measures import frame
+from tsvision.measures.edges import shading
 from tsvision.measures.recording import Measurer, measure_frames
 from tsvision.rig import load_rig
 from tsvision.timeline.account import account

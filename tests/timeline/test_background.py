@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from tests.timeline.series import KNOT_COLUMNS
-from tsvision.measures.knots import LOBE
+from tsvision.measures.zone.knots import LOBE
 from tsvision.records import FrameResult, FrameRow, KnotSighting, Rig
 from tsvision.timeline.account import account
 from tsvision.timeline.criteria import LEVEL_OF_ONSET

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from tests.timeline.series import KNOT_COLUMNS
-from tsvision.measures.knots import LOBE
+from tsvision.measures.zone.knots import LOBE
 from tsvision.records import FrameResult, FrameRow, KnotSighting
 from tsvision.timeline.order import order_frames
 from tsvision.timeline.tables import tables as as_tables

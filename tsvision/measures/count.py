@@ -10,12 +10,14 @@ from __future__ import annotations
 import numpy as np
 
 from tsvision.images.sight import Sight
-from tsvision.measures.bundle import fit_window
-from tsvision.measures.cut import Cut, find_edges, learn_shading
-from tsvision.measures.section import pair_core
-from tsvision.measures.shading import plain_shading
-from tsvision.measures.weigh import POOR
-from tsvision.measures.windows import near_window
+from tsvision.measures.edges.cut import Cut
+from tsvision.measures.edges.find import find_edges
+from tsvision.measures.edges.shading import plain_shading
+from tsvision.measures.helix.bundle import fit_window
+from tsvision.measures.helix.section import pair_core
+from tsvision.measures.helix.weigh import POOR
+from tsvision.measures.helix.windows import near_window
+from tsvision.measures.light.profiles import learn_shading
 
 COUNTS = (2, 3, 4, 5, 6, 7, 8)
 FRAMES = 4

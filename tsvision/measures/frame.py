@@ -11,30 +11,36 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsvision.flags import Flag, flags_to_text
-from tsvision.measures.along import scale_along, scale_is_local
-from tsvision.measures.blur import shading_of
-from tsvision.measures.budgets import add_budgets, connector_px
-from tsvision.measures.bundle import BundleFit, is_aslant
-from tsvision.measures.cut import BURNT_OUT, Cut, cut_frame, find_edges
-from tsvision.measures.doubts import (
+from tsvision.measures.edges.cut import BURNT_OUT, Cut, cut_frame
+from tsvision.measures.edges.edges import Edges
+from tsvision.measures.edges.find import find_edges
+from tsvision.measures.edges.unmatched import with_outline
+from tsvision.measures.ends.legs import apex_from_legs
+from tsvision.measures.handedness import handedness_of, slope_between
+from tsvision.measures.helix.bundle import BundleFit, is_aslant
+from tsvision.measures.helix.silhouette import KC, RHO, passing
+from tsvision.measures.helix.uncertainty import (
+    angle_sd,
+    diameter_sd_px,
+    pitch_sd_px,
+    rests_on_shape,
+)
+from tsvision.measures.helix.untwisted import is_leg, is_smooth
+from tsvision.measures.helix.weigh import unsure
+from tsvision.measures.light.blur import shading_of
+from tsvision.measures.looks import Looks
+from tsvision.measures.zone.along import scale_along, scale_is_local
+from tsvision.measures.zone.budgets import add_budgets, connector_px
+from tsvision.measures.zone.doubts import (
     clipped,
     edges_poor,
     knots_unsure,
     less_sure_of_pitch,
     turns_disagree,
 )
-from tsvision.measures.fits import apex_of, fit_bundle, within_zone
-from tsvision.measures.handedness import handedness_of, slope_between
-from tsvision.measures.helix import Edges
-from tsvision.measures.legs import apex_from_legs
-from tsvision.measures.looks import Looks
-from tsvision.measures.outline import add_outline
-from tsvision.measures.silhouette import KC, RHO, passing
-from tsvision.measures.uncertainty import angle_sd, diameter_sd_px, pitch_sd_px, rests_on_shape
-from tsvision.measures.unmatched import with_outline
-from tsvision.measures.untwisted import is_leg, is_smooth
-from tsvision.measures.weigh import unsure
-from tsvision.measures.width import width_between_knots, width_sd_px
+from tsvision.measures.zone.fits import apex_of, fit_bundle, within_zone
+from tsvision.measures.zone.outline import add_outline
+from tsvision.measures.zone.width import width_between_knots, width_sd_px
 from tsvision.records import Frame, FrameResult, FrameRow
 
 NAN = float("nan")

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 
 from tsvision.images.percentiles import median, row_medians
-from tsvision.measures.cut import Cut
-from tsvision.measures.helix import Edges
+from tsvision.measures.edges.cut import Cut
+from tsvision.measures.edges.edges import Edges
 
 SOME = 3  # columns apart that tell typical light and shading
 

@@ -13,11 +13,20 @@ import numpy as np
 
 from tsvision.images.sight import Sight, Told, find_sights
 from tsvision.measures.count import count_strands
-from tsvision.measures.cut import BURNT_OUT, Cut, find_edges
-from tsvision.measures.ends import NEAR_SHARE, Ends, find_ends
-from tsvision.measures.gap import Gap
+from tsvision.measures.edges.cut import BURNT_OUT, Cut
+from tsvision.measures.edges.find import find_edges
+from tsvision.measures.edges.shading import Shading
+from tsvision.measures.edges.tones import faint_tone
+from tsvision.measures.ends.ends import NEAR_SHARE, Ends, find_ends
+from tsvision.measures.ends.gap import Gap
+from tsvision.measures.ends.leg_gauge import gauge_from_legs
+from tsvision.measures.ends.legs import Face
+from tsvision.measures.ends.start import Start, find_start
 from tsvision.measures.handedness import slope_between
-from tsvision.measures.learnt import (
+from tsvision.measures.helix.section import pair_core
+from tsvision.measures.helix.silhouette import Section
+from tsvision.measures.helix.uncertainty import light_sd_px
+from tsvision.measures.light.learnt import (
     Learnt,
     Pairs,
     as_sure_as_exposed,
@@ -26,15 +35,7 @@ from tsvision.measures.learnt import (
     learn_edges,
     surest,
 )
-from tsvision.measures.leg_gauge import gauge_from_legs
-from tsvision.measures.legs import Face
-from tsvision.measures.section import pair_core
-from tsvision.measures.shading import Shading
-from tsvision.measures.silhouette import Section
-from tsvision.measures.start import Start, find_start
-from tsvision.measures.tones import faint_tone
-from tsvision.measures.uncertainty import light_sd_px
-from tsvision.measures.witness import heard
+from tsvision.measures.light.witness import heard
 from tsvision.records import Rig, Scale
 
 SAMPLED_FRAMES = 8

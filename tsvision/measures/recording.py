@@ -16,7 +16,7 @@ from tsvision.flags import Flag, flags_from_text, flags_to_text
 from tsvision.images.frames import iter_frames
 from tsvision.images.tone_curve import gamma_of
 from tsvision.measures.alone import explained
-from tsvision.measures.bowed import Bowed, learn_bowed, measure_bowed
+from tsvision.measures.cords.bowed import Bowed, learn_bowed, measure_bowed
 from tsvision.measures.frame import LEGS_TURNS, Warm, measure_frame
 from tsvision.measures.late import by_twist, shown_late
 from tsvision.measures.looks import Looks, learn_looks, pick_samples

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from tsvision.measures.knots import LOBE
+from tsvision.measures.zone.knots import LOBE
 from tsvision.timeline.evidence import measured
 from tsvision.timeline.order import Order, numbers
 from tsvision.timeline.places import places_in_diameters, rows_of_steps

@@ -1,0 +1,149 @@
+"""Coils that widen along the bundle, drawn as spheres swept along two strands in space.
+
+The truth is counted on the centre line: the strands' twist about it and the line's own writhe.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tsvision.measures.edges.edges import Edges
+from tsvision.measures.helix.bundle import BundleFit, fit_window
+from tsvision.measures.helix.followed import Followed, follow
+from tsvision.measures.helix.section import pair_core
+
+D = 20.0
+TWIST = 2.0 * np.pi / 40.0  # rad per px of bundle
+COIL_PX = 38.0
+LENGTH_PX = 640
+
+
+def bundle(radius: np.ndarray) -> tuple[Edges, np.ndarray]:
+    """Edges (M,) of two strands about a line that coils with a radius (M,), and the turns from the
+    first column to each (M,)."""
+    fine = 8
+    s = np.arange(radius.size * fine) / fine
+    r = np.interp(s, np.arange(radius.size), radius)
+    angle = 2.0 * np.pi * s / COIL_PX
+    line = np.stack([s, r * np.cos(angle), r * np.sin(angle)], axis=1)
+    along = np.gradient(line, axis=0)
+    step = np.linalg.norm(along, axis=1)
+    tangent = along / step[:, None]
+    across = np.empty_like(line)  # carried along the line without turning about it
+    across[0] = np.cross(tangent[0], [0.0, 0.0, 1.0])
+    for i in range(1, len(line)):
+        across[i] = across[i - 1] - (across[i - 1] @ tangent[i]) * tangent[i]
+        across[i] /= np.linalg.norm(across[i])
+    twist = TWIST * np.cumsum(step)[:, None]
+    away = 0.25 * D * (np.cos(twist) * across + np.sin(twist) * np.cross(tangent, across))
+    x = np.arange(radius.size, dtype=float)
+    upper, lower = np.full(x.size, -np.inf), np.full(x.size, np.inf)
+    for strand in (line + away, line - away):
+        for column in range(-6, 7):
+            at = np.round(strand[:, 0]).astype(int) + column
+            reach = np.sqrt(np.maximum((0.25 * D) ** 2 - (at - strand[:, 0]) ** 2, 0.0))
+            seen = (at >= 0) & (at < x.size) & (reach > 0.0)
+            np.maximum.at(upper, at[seen], (strand[:, 1] + reach)[seen])
+            np.minimum.at(lower, at[seen], (strand[:, 1] - reach)[seen])
+    lead = 1.0 - 1.0 / (step * fine)
+    turns = (twist[:, 0] + np.cumsum(lead * np.gradient(angle))) / (2.0 * np.pi)
+    ones = np.ones(x.size)
+    return Edges(x, upper, lower, ones, ones), turns[::fine]
+
+
+def fit_to(edges: Edges, low_px: float, high_px: float) -> BundleFit:
+    found = fit_window(edges, pair_core(2), low_px, high_px, D, np.nan)
+    assert found is not None and found.fit.coiled
+    return found
+
+
+def missed_turns(followed: Followed, turns: np.ndarray) -> float:
+    """By how much the turns between first and last place are missed."""
+    s = np.arange(followed.s_px[0], followed.s_px[-1])
+    told, rate, _ = followed.at(s)
+    assert told.min() > 0.3
+    true = np.interp([s[0], s[-1] + 1.0], np.arange(turns.size), turns)
+    return float(rate.sum() / (2.0 * np.pi) - (true[1] - true[0]))
+
+
+def test_a_coil_that_widens_all_along() -> None:
+    """From 3 to 8 px; the fit beside the narrow end, carried over, misses 1.5 turns of 19."""
+    edges, turns = bundle(np.linspace(3.0, 8.0, LENGTH_PX))
+    found = fit_to(edges, 60.0, 180.0)
+    followed = follow(found, edges, 0.0, LENGTH_PX - 1.0)
+    assert followed is not None
+    span = followed.s_px[-1] - followed.s_px[0]
+    assert span > 0.85 * LENGTH_PX
+    carried = (found.fit.p[1] + found.fit.p[6]) * span / (2.0 * np.pi)
+    first, last = np.interp(followed.s_px[[0, -1]], np.arange(turns.size), turns)
+    assert carried < (last - first) - 1.0
+    assert missed_turns(followed, turns) == pytest.approx(0.0, abs=0.1)
+    true = np.hypot(1.0, np.interp(followed.s_px, [0, LENGTH_PX], [3.0, 8.0]) * 2 * np.pi / COIL_PX)
+    np.testing.assert_allclose(followed.stretch, true, rtol=0.03)
+
+
+def test_noise_in_the_edges_does_not_lead_astray() -> None:
+    edges, turns = bundle(np.linspace(4.0, 7.0, LENGTH_PX))
+    random = np.random.default_rng(5)
+    upper, lower = (e + random.normal(0.0, 0.4, e.size) for e in (edges.upper_px, edges.lower_px))
+    noisy = replace(edges, upper_px=upper, lower_px=lower)
+    followed = follow(fit_to(noisy, 60.0, 220.0), noisy, 0.0, LENGTH_PX - 1.0)
+    assert followed is not None
+    assert missed_turns(followed, turns) == pytest.approx(0.0, abs=0.2)
+
+
+def test_nothing_is_told_of_a_waist_that_no_helix_describes() -> None:
+    s = np.arange(LENGTH_PX)
+    edges, _ = bundle(8.0 * (1.0 - 0.9 * np.exp(-0.5 * ((s - 330.0) / 9.0) ** 2)))
+    followed = follow(fit_to(edges, 60.0, 220.0), edges, 0.0, LENGTH_PX - 1.0)
+    assert followed is not None
+    told, _, _ = followed.at(np.array([120.0, 330.0, 520.0]))
+    np.testing.assert_allclose(told, [1.0, 0.0, 1.0], atol=0.01)
+
+
+def test_what_is_not_seen_is_not_told() -> None:
+    edges, _ = bundle(np.full(LENGTH_PX, 6.0))
+    found = fit_to(edges, 60.0, 220.0)
+    hidden = edges.within(edges.s_px < 350.0)
+    followed = follow(found, hidden, 0.0, LENGTH_PX - 1.0)
+    assert followed is not None
+    assert followed.s_px[-1] < 370.0
+
+
+def test_a_fit_that_describes_nothing_is_not_followed() -> None:
+    edges, _ = bundle(np.full(LENGTH_PX, 6.0))
+    found = fit_to(edges, 60.0, 220.0)
+    random = np.random.default_rng(3)
+    shaken = replace(edges, upper_px=edges.upper_px + 8.0 * np.sin(random.normal(0, 9, LENGTH_PX)))
+    rough = replace(shaken, lower_px=-shaken.upper_px[::-1])
+    assert follow(found, rough, 0.0, LENGTH_PX - 1.0) is None
+    assert follow(found, edges, 100.0, 120.0) is None
+
+
+def test_between_places_it_is_as_they_tell_and_fades_beyond() -> None:
+    line = Followed(np.array([100.0, 120.0]), np.array([0.2, 0.4]), np.array([1.0, 1.2]), 12.0)
+    told, rate, stretch = line.at(np.array([60.0, 82.0, 100.0, 110.0, 200.0]))
+    np.testing.assert_allclose(told, [0.0, 0.5, 1.0, 1.0, 0.0])
+    np.testing.assert_allclose(rate, [0.2, 0.2, 0.2, 0.3, 0.4])
+    np.testing.assert_allclose(stretch, [1.0, 1.0, 1.0, 1.1, 1.2])
+    alone = Followed(np.array([100.0]), np.array([0.2]), np.array([1.0]), 12.0)
+    np.testing.assert_allclose(alone.at(np.array([100.0, 300.0]))[0], [1.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("s_px", "unbroken"),
+    [
+        ((30.0, 50.0, 70.0, 90.0), True),
+        ((30.0, 70.0, 90.0), False),  # a place is missing
+        ((50.0, 70.0, 90.0), False),  # far from where it begins
+        ((30.0, 50.0, 70.0), False),
+        ((30.0,), False),
+    ],
+)
+def test_whether_all_between_the_ends_is_told(s_px: tuple[float, ...], unbroken: bool) -> None:
+    ones = np.ones(len(s_px))
+    line = Followed(np.array(s_px), ones, ones, reach_px=12.0)
+    assert line.unbroken(0.0, 120.0, ends_px=40.0) == unbroken

@@ -1,0 +1,186 @@
+"""Edges of coloured strings: by their hue where nothing else tells them, by brightness where it
+tells more."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.images.test_sight import BUNDLE_PX, few_turns
+from tests.measures.films import film_of, measured
+from tsvision.images.sight import Sight, Told, find_sight
+from tsvision.images.signal import Way
+from tsvision.measures.edges.cut import cut_frame
+from tsvision.measures.edges.shading import plain_shading
+from tsvision.measures.helix.bundle import BundleFit
+from tsvision.measures.helix.uncertainty import light_sd_px
+from tsvision.measures.light.learnt import _joined, _tells_more, cut_alike, cut_all
+from tsvision.measures.light.profiles import black_of
+from tsvision.measures.light.rounds import EdgeLook, Round
+
+RED, PALE_GREEN = (0.4, 0.04, 0.05), (0.36, 0.47, 0.39)
+
+
+@pytest.mark.parametrize("count", [2, 4])
+def test_dark_red_strings_on_an_uneven_pale_ground(tmp_path: Path, count: int) -> None:
+    """They are found by their hue, for the ground is too uneven, and measured by their brightness:
+    within 0.06 px of 15 and 21, by their hue up to 1.8 px thick."""
+    changes: dict[str, object] = {
+        "look.strand_rgb": (RED,),
+        "look.ground_rgb": PALE_GREEN,
+        "look.ground_texture": 0.15,
+    }
+    settings = film_of(count, "front_lit", changes)
+    measurer, error_px, sd_px = measured(tmp_path / "film", settings)
+    assert measurer.looks is not None
+    assert measurer.looks.sight.signal.way is Way.LUMA
+    assert np.abs(error_px).max() < 0.15
+    assert sd_px.max() < 0.3
+
+
+def test_strings_as_bright_as_their_ground_keep_their_hue(tmp_path: Path) -> None:
+    measurer, error_px, sd_px = measured(tmp_path / "film", film_of(4, "equal_luma", {}))
+    assert measurer.looks is not None
+    assert measurer.looks.sight.signal.in_colour
+    assert (np.abs(error_px) < 1.96 * sd_px).all()
+
+
+def film_of_few_turns() -> list[np.ndarray]:
+    """Two frames of hardly a turn, and more turns in the others."""
+    return [few_turns(a, uneven=0.2) for a in (0.97, 0.95, 0.6, 0.5, 0.5, 0.45, 0.4, 0.35)]
+
+
+def sight_of(film: list[np.ndarray]) -> Sight:
+    sight = find_sight(film, Told(least_px=0.6 * BUNDLE_PX))
+    assert sight is not None
+    return sight
+
+
+def test_a_frame_of_hardly_a_turn_shows_strings_as_the_others_do() -> None:
+    """Ground between the legs lay on its axis: its waves counted as strings of 0.04 of their
+    contrast, and were measured as a bundle."""
+    film = film_of_few_turns()
+    sight = sight_of(film)
+    alone = [cut.core_level for _, cut in cut_all(film, sight, 8.0, 43)]
+    assert min(alone) < 0.3 * max(alone)
+    sight, pairs = cut_alike(film, sight, 8.0, 43)
+    levels = [cut.core_level for _, cut in pairs]
+    assert len(pairs) == len(film)
+    assert min(levels) > 0.7 * max(levels)
+
+
+@pytest.mark.parametrize("light", [0, 40])
+def test_a_picture_of_nothing_shows_no_bundle(light: int) -> None:
+    """A shutter, a lamp that failed: nothing at all on its axis, in units of what others show."""
+    film = film_of_few_turns()
+    sight, _ = cut_alike(film, sight_of(film), 8.0, 43)
+    cut = cut_frame(np.full_like(film[0], light), sight, 8.0, 43)
+    assert cut is None or not cut.silhouette.bundle.any()
+
+
+def test_cuts_without_strings_say_nothing_of_strands_without_light() -> None:
+    """Frames of legs alone among those learnt from: nothing could be learnt of any."""
+    [(_, bundle)] = cut_all([few_turns(0.4)], sight_of(film_of_few_turns()), 8.0, 43)
+    legs = replace(bundle, contrast=np.zeros_like(bundle.contrast))
+    assert np.isnan(legs.black)
+    assert black_of([legs, bundle]) == bundle.black
+    assert black_of([legs]) == 0.0
+
+
+def look_of(
+    place_sd_px: float, rho_px: float = 5.0, diameter_px: float = 20.0, **found: float
+) -> EdgeLook:
+    shade = replace(plain_shading(rho_px, 1.0), place_sd_px=place_sd_px)
+    last = Round(frames=6, rms_px=0.3, matched=0.98)
+    return having(EdgeLook((shade, shade), diameter_px, last=last), **found)
+
+
+def having(look: EdgeLook, **found: Any) -> EdgeLook:
+    """The same whose last round found something else."""
+    return replace(look, last=replace(look.last, **found))
+
+
+@pytest.mark.parametrize(
+    ("bright", "more"),
+    [
+        (look_of(0.05), True),
+        (look_of(0.25), False),  # hardly surer
+        (look_of(0.05, rms_px=0.31), False),
+        (look_of(0.05, frames=5), False),
+        (look_of(0.05, frames=5, rms_px=0.1, matched=1.0), False),
+        (look_of(0.05, matched=0.97), False),  # a faint strand's lobes are missed
+        (look_of(0.05, matched=0.95, rms_px=0.15), True),
+        (look_of(0.05, rms_px=float("nan")), False),  # nothing was fitted
+        (look_of(0.05, diameter_px=17.5), True),
+        (look_of(0.05, diameter_px=16.5), False),  # lit limbs are as bright as the ground
+    ],
+)
+def test_brightness_has_to_tell_more_in_every_respect(bright: EdgeLook, more: bool) -> None:
+    assert _tells_more(bright, look_of(0.35)) is more
+
+
+def test_blocks_of_colour_add_more_to_thick_strands_than_a_limb_is_of_thin_ones() -> None:
+    """Black on pale green, strands of 11 px radius: 63.4 px wide by colour, 59.4 by brightness and
+    in truth (`wild 533`)."""
+    bright, colour = (
+        look_of(sd, rho_px=11.0, diameter_px=d) for sd, d in ((0.05, 59.4), (0.35, 63.4))
+    )
+    assert _tells_more(bright, colour)
+    poor = having(colour, rms_px=0.76, matched=0.86)
+    assert _tells_more(having(bright, frames=5), poor)  # colour fits legs of hardly a turn as well
+    assert not _tells_more(replace(bright, diameter_px=56.0), colour)
+
+
+def test_straight_bundles_by_brightness_need_not_be_as_many_as_coils_by_colour() -> None:
+    """Green on a blotchy pale green: by colour, 3.5 px too wide and as unsure, no straight bundle
+    fitted and coils in all eight frames did; by brightness two straight ones, within 0.2 px
+    (`--wild 687`)."""
+    bright = look_of(0.08, diameter_px=23.1, frames=2, rms_px=0.3, matched=1.0)
+    colour = look_of(0.8, diameter_px=26.5, frames=8, rms_px=0.66)
+    coils: dict[int, BundleFit] = {1: None}  # type: ignore[dict-item]
+    assert _tells_more(bright, having(colour, coils=coils))
+    assert not _tells_more(bright, colour)  # six straight ones missed
+    assert not _tells_more(having(bright, frames=1), having(colour, coils=coils))
+    surer = look_of(0.2, diameter_px=26.5, frames=8, rms_px=0.66)
+    assert not _tells_more(bright, having(surer, coils=coils))  # lit limbs as bright as the ground
+
+
+def test_colour_and_brightness_that_tell_about_as_much_are_joined() -> None:
+    """Nearer to the surer one, and as unsure as the two are of each other."""
+    bright, colour = look_of(0.2, diameter_px=19.0), look_of(0.2)
+    both = _joined(colour, bright)
+    light_px, apart_px = light_sd_px(colour.shading), 1.0
+    assert 19.3 < both.diameter_px < 19.6  # brightness is a little less sure for its limbs
+    wider = sum(s.beyond_px for s in both.shading) - sum(s.beyond_px for s in colour.shading)
+    assert wider == pytest.approx(both.diameter_px - colour.diameter_px)
+    assert 0.4 * apart_px < light_sd_px(both.shading) < np.hypot(light_px, 0.5 * apart_px)
+    surer = _joined(colour, replace(bright, shading=look_of(0.02).shading))
+    assert surer.diameter_px < both.diameter_px
+    alike = _joined(colour, replace(bright, diameter_px=20.0))
+    assert alike.diameter_px == 20.0
+    assert light_sd_px(alike.shading) < light_px
+
+
+def test_brightness_whose_edges_fit_worse_says_as_much_less() -> None:
+    """Red strings of 34.9 px, by colour 35.0: by brightness, in which a lit limb is the ground's,
+    33.8 and as good as certain, in half of the frames, 0.6 px^2 off against 0.1 (`wild 760`)."""
+    colour, well = look_of(0.35), look_of(0.05, diameter_px=18.8)
+    badly = having(well, rms_px=0.75)
+    heard, hardly = (20.0 - _joined(colour, bright).diameter_px for bright in (well, badly))
+    assert heard > 0.9
+    assert 0.0 < hardly < 0.25
+    in_half = having(well, frames=3)
+    assert 20.0 - _joined(colour, in_half).diameter_px < 0.25
+
+
+def test_brightness_that_shows_no_limbs_or_nothing_says_nothing() -> None:
+    colour = look_of(0.35)
+    assert _joined(colour, look_of(0.05, diameter_px=16.5)) == colour
+    assert _joined(colour, look_of(0.05, frames=0)) == colour
+    assert _joined(colour, look_of(0.05, diameter_px=19.0, frames=1)) == colour  # of six
+    alone = having(colour, frames=1)
+    assert _joined(alone, look_of(0.05, diameter_px=19.0, frames=1)) != alone

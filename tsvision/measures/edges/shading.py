@@ -1,0 +1,251 @@
+"""What the edge of a round, blurred, lit strand looks like, learnt from many of them.
+
+A strand is a tube: towards its limb the surface turns away, so that its brightness falls before
+the edge is reached and every half-level edge lies inside the true one, by 0.5 to 4 px where the
+light comes from one side. t px inside the edge of a tube of radius rho the surface faces an angle
+phi from the camera, sin phi = x = 1 - t / rho, and whatever shines there, Lambert's law gives
+
+    L(t) = ambient + sum over lamps of w_j max(0, cos(phi - theta_j)),   all w_j >= 0,
+    I(t) = ground + black + (1 - black) L(t),
+
+blurred by the camera. Surfaces send less of what fell on them the more they turn away: what is
+seen is (1 - loss (1 - cos phi)^5) L, loss 0 for a matt surface, 1 for a smooth dielectric (Schlick
+1994), which mirrors what lies beyond instead, the ground. `black` is the contrast of a strand
+without light, known from the ground's colour: strings that are told by being redder or darker than
+their ground do not vanish at a limb in the dark, and those before a bright ground (black > 1) lose
+contrast where they are lit. Lamps stand all around the strand, in fixed directions across it; a
+lamp's max(0, .) ends at its terminator, beyond which only the others light the limb. Light that
+cannot be negative and is spread over few directions by a prior leaves little room for ramp and
+place of the edge to trade against each other. Both limbs see the same lamps from opposite sides,
+nearly: the bundle itself hides some.
+
+The mean of many edges, aligned on the fitted silhouette, is almost free of noise; `shading_fit`
+finds light, ground, blur and the true edges' places from it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
+
+from tsvision.measures.numeric.smoothing import blurred
+
+TEMPLATE_START_PX = -14.0
+TEMPLATE_STEP_PX = 0.05
+TEMPLATE_GRID_PX = np.arange(TEMPLATE_START_PX, 30.0, TEMPLATE_STEP_PX)
+LAMPS_RAD = np.deg2rad(np.linspace(-90.0, 180.0, 13))
+BIN_PX = 0.25
+BINS_A_PX = 4
+FEWEST_IN_BIN, FEWEST_IN_PX = 2, 16  # samples
+FEWEST_MEANS = 8
+AVERAGED_SD_PX = 12.0**-0.5  # of a mean over one px
+BLUR_RANGE_PX = (0.35, 6.0)
+PLACE_RANGE_PX = (-4.5, 2.5)  # of the true edge on a profile's axis: < 0 outside the edge assumed
+OUTSIDE_PX = 5.0
+# The ground beside a strand need not be even: a shadow's border, light scattered by the bundle. So
+# much it may change a px, in units of the core's contrast; before a limb with little light of its
+# own such a slope is easily taken for the limb.
+RAMP_SD = 0.002
+# Of the light at a limb, or of the ground's that is seen mirrored there: between a matt surface and
+# a smooth dielectric, for strings are rough, and of plastic. Profiles do not tell: a strand without
+# any loss is taken for as much too thick as a dielectric one for too thin.
+LIMB_LOSS, MIRRORED = 1.0 / 3.0, 0.7
+RAMPS = 2  # unknowns that they are, for either sign: a light fit by nnls has no negative ones
+
+
+@dataclass(frozen=True)
+class EdgeProfile:
+    """Mean signal `value` (K,) over the px about `t_px` (K,) inside an edge, with its sd (K,)."""
+
+    t_px: np.ndarray
+    value: np.ndarray
+    sd: np.ndarray
+
+
+@dataclass(frozen=True)
+class Shading:
+    """How the edge of one side looks.
+
+    blur_px: sd of the blur; rho_px: strand radius; ambient and lamps (13,) in units of the core's
+    contrast; place_sd_px: how well the edge's place was told (both sides' in quadrature give that
+    of the width); beyond_px: how much farther out the true edge lies than where the template is
+    found; loss: of light at the limb; template: the profile on the module's grid; step: the share
+    of it that begins at the limb itself, at full height: what else there is begins further in,
+    where lamps reach, or fades.
+    """
+
+    blur_px: float
+    rho_px: float
+    ambient: float
+    lamps: np.ndarray
+    residual: float = 0.0
+    place_sd_px: float = 0.0
+    beyond_px: float = 0.0
+    loss: float = 0.0
+    template: np.ndarray = field(default_factory=lambda: np.empty(0))
+    step: np.ndarray = field(default_factory=lambda: np.empty(0))
+
+
+def inside_px(rho_px: float) -> float:
+    """How far inside an edge its profile is learnt."""
+    return max(0.85 * rho_px, 2.5)
+
+
+def limb_loss(black: float) -> float:
+    """Of contrast at the limb, for strands that show the contrast `black` without any light of
+    their own: bright ones send less of it. Those before a bright ground mirror that; what hardly
+    sends any light is an outline, though."""
+    if black < 1.0:
+        return LIMB_LOSS * (1.0 - black)
+    return MIRRORED * min((black - 1.0) ** 2, 1.0)
+
+
+def light_shapes(
+    rho_px: float, blur_px: float, lamps_rad: np.ndarray, loss: float = 0.0
+) -> np.ndarray:
+    """Blurred profiles of ambient light and of lamps (K,), (1 + K, T) on the template's grid."""
+    # The sample on the edge itself counts half, else every edge lies half a step off.
+    inside = np.clip(0.5 + TEMPLATE_GRID_PX / TEMPLATE_STEP_PX, 0.0, 1.0)
+    x = np.clip(1.0 - TEMPLATE_GRID_PX / rho_px, -1.0, 1.0)
+    facing = np.sqrt(1.0 - x * x)
+    lit = np.cos(lamps_rad)[:, None] * facing + np.sin(lamps_rad)[:, None] * x
+    sent = inside * (1.0 - loss * (1.0 - facing) ** 5)
+    shapes = sent * np.vstack([np.ones_like(x), np.maximum(lit, 0.0)])
+    sd = max(blur_px, 0.2) / TEMPLATE_STEP_PX
+    return blurred(shapes, sd, truncate=3.5)
+
+
+@lru_cache(maxsize=8)
+def lamp_shapes(rho_px: float, blur_px: float, loss: float = 0.0) -> np.ndarray:
+    """`light_shapes` of LAMPS_RAD, to be read only: three in four steps of a fit move the edges
+    under the same blur."""
+    shapes = light_shapes(rho_px, blur_px, LAMPS_RAD, loss)
+    shapes.flags.writeable = False
+    return shapes
+
+
+def make_shading(
+    rho_px: float,
+    blur_px: float,
+    ambient: float,
+    lamps: np.ndarray,
+    residual: float = 0.0,
+    place_sd_px: float = 0.0,
+    beyond_px: float = 0.0,
+    loss: float = 0.0,
+) -> Shading:
+    """Shading with its template; `lamps` (13,) carry their sign (< 0: they reduce the contrast)."""
+    shapes = lamp_shapes(rho_px, blur_px, loss)
+    template = np.concatenate([[ambient], lamps]) @ shapes
+    step = limb_level(ambient, lamps) * shapes[0]
+    return Shading(
+        blur_px, rho_px, ambient, lamps, residual, place_sd_px, beyond_px, loss, template, step
+    )
+
+
+def limb_level(ambient: float, lamps: np.ndarray) -> float:
+    """The signal at the limb itself, where only what shines from its own side falls."""
+    return ambient + float(lamps @ np.maximum(np.sin(LAMPS_RAD), 0.0))
+
+
+def undivided(shading: Shading) -> Shading:
+    """The shading with all of its template for a step, to be scaled by one factor."""
+    return replace(shading, step=shading.template)
+
+
+def plain_shading(rho_px: float, blur_px: float = 1.0) -> Shading:
+    """A strand evenly lit with some light from the camera's side, before anything is learnt."""
+    lamps = np.where(np.isclose(LAMPS_RAD, 0.0), 0.2, 0.0)
+    return make_shading(rho_px, blur_px, 0.8, lamps)
+
+
+def ramps_outside(t_px: np.ndarray) -> list[np.ndarray]:
+    """Of either sign: ground that changes steadily away from the strand, 0 at its edge and inside,
+    at t_px (K,) inside the edge."""
+    ramp = np.minimum(t_px, 0.0)
+    return [ramp, -ramp]
+
+
+def ramp_prior(own: int, common: int = 0) -> np.ndarray:
+    """Rows (2 * RAMPS, common + 2 * own) that hold both sides' slopes near 0: the last RAMPS of the
+    `own` unknowns of each, which follow those in common."""
+    rows = np.zeros((2 * RAMPS, common + 2 * own))
+    for side in range(2):
+        ends = common + own * (side + 1)
+        rows[RAMPS * side : RAMPS * (side + 1), ends - RAMPS : ends] = np.eye(RAMPS) / RAMP_SD
+    return rows
+
+
+def inside_at(shading: Shading, level: float) -> float:
+    """How far inside the edge, px, the signal first reaches a level (core's contrast 1): outside,
+    < 0, for low ones; 0 where it never does."""
+    reached = shading.template >= level
+    return float(TEMPLATE_GRID_PX[np.argmax(reached)]) if reached.any() else 0.0
+
+
+def edge_samples(
+    contrast: np.ndarray, edge_row: np.ndarray, slope: np.ndarray, outward: int, inside: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Every pixel near an edge: its distance inside the edge (K,) and its signal (K,), each column
+    without its ground and scaled to the columns' median depth.
+
+    contrast (R, M); edge_row, slope (M,). Nothing is interpolated, which would add to the blur.
+    """
+    rows = np.arange(contrast.shape[0])[:, None]
+    t = outward * (edge_row - rows) / np.sqrt(1.0 + slope**2)
+    far, deep = (t < -3.5) & (t > -OUTSIDE_PX - 2.0), (t > 0.4 * inside) & (t < inside)
+    near = (t >= -OUTSIDE_PX) & (t < inside)
+    enough = (far.sum(0) >= 2) & (deep.sum(0) >= 1) & ~np.isnan(np.where(near, contrast, 0)).any(0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ground = np.where(far, contrast, 0.0).sum(0) / far.sum(0)
+        depth = np.where(deep, contrast, 0.0).sum(0) / deep.sum(0) - ground
+    if not enough.any():
+        return np.empty(0), np.empty(0)
+    typical = float(np.median(depth[enough]))
+    good = enough & (depth > 0.4 * typical) if typical > 0 else np.zeros_like(enough)
+    t, near = t[:, good], near[:, good]
+    value = (contrast[:, good] - ground[good]) / depth[good] * typical
+    return t[near], value[near]
+
+
+def mean_profile(t_px: np.ndarray, value: np.ndarray) -> EdgeProfile | None:
+    """Mean over every px of trimmed means of samples in bins of a quarter px; None with few of
+    them.
+
+    A column has a sample in every fourth bin: along edges that run with the rows, what the columns
+    of one sub-pixel phase differ in from those of another repeats from px to px, ten times what the
+    light leaves unexplained. A whole px holds every column once, wherever it lies.
+    """
+    if t_px.size == 0:
+        return None
+    order = np.lexsort((value, np.floor(t_px / BIN_PX)))
+    t, v = t_px[order], value[order]
+    bins = np.floor(t / BIN_PX)
+    starts = np.flatnonzero(np.diff(bins, prepend=-np.inf))
+    ends = np.append(starts[1:], t.size)
+    found = []
+    for a, b in zip(starts, ends, strict=True):
+        if b - a < FEWEST_IN_BIN:
+            continue
+        cut = (b - a) // 10
+        kept = v[a + cut : b - cut]
+        found.append((bins[a], b - a, t[a:b].mean(), kept.mean(), v[a:b].var() / (b - a)))
+    if not found:
+        return None
+    number, count, place, mean, variance = np.array(found).T
+    means = []
+    for first in range(len(number)):
+        px = slice(first, int(np.searchsorted(number, number[first] + BINS_A_PX)))
+        if number[-1] - number[first] < BINS_A_PX - 1 or count[px].sum() < FEWEST_IN_PX:
+            continue
+        # Neighbouring means share all bins but one: each has the sd of one bin, so that together
+        # they count as often as their bins do.
+        means.append((place[px].mean(), mean[px].mean(), np.sqrt(variance[px].mean())))
+    return EdgeProfile(*np.array(means).T) if len(means) >= FEWEST_MEANS else None
+
+
+def averaged_blur_px(blur_px: float) -> float:
+    """sd of what smears a mean profile: the picture's blur, and the px over which it is a mean."""
+    return float(np.hypot(blur_px, AVERAGED_SD_PX))

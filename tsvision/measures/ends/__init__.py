@@ -1,0 +1,1 @@
+"""Where the strings begin and end: separator, legs, apex, connector."""

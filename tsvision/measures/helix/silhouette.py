@@ -1,0 +1,306 @@
+"""The silhouette of twisted strands in projection, and its derivatives.
+
+A bundle of N round strands on a fixed section turns about its own centre line, and that line may
+itself coil about the zone's axis (helix of helix). A tube's silhouette in projection is the
+envelope of discs along its projected centre line; the bundle's is the outermost of all strands.
+Both edges and their derivatives come from the same contact points: at a maximum the contact point
+may be held fixed while a parameter changes (envelope theorem), so that the Jacobian costs little
+more than the silhouette.
+
+Parameters, in px and rad, z running along the axis from the middle of the window:
+  rho    strand radius; strand centres lie at a_i = 2 rho * (1 + open) * site radius (sites in
+         units of d)
+  k, phi strand rate and phase about the bundle's centre line (relative to the line's own frame)
+  y0, m  offset and slope of the axis
+  rc, kc, phic  radius, rate and phase of the coiling; rc = 0 for a straight bundle
+  edge   how far both measured edges lie outside the true ones
+  tilt   tangent of the angle by which the picture sees the bundle from along its axis and not from
+         beside it: what lies in front of the middle line is seen as far along s
+  open   share by which the section is opened: strands that lie steeply need more room
+Relative signs of k and kc are taken as equal: the bundle coils in the sense in which it is twisted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numba
+import numpy as np
+
+from tsvision.measures.numeric.smoothing import smoothed
+
+RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE, TILT, OPEN = range(11)
+PARAMETERS = 11
+STRAIGHT = (RHO, K, PHI, Y0, SLOPE, EDGE)
+COILED = (RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE)
+# What a fit is free in while the edges' own place is known.
+FREE_STRAIGHT, FREE_COILED = STRAIGHT[:-1], COILED[:-1]
+
+
+@dataclass(frozen=True)
+class Section:
+    """Strand centres: radius in units of d and angle in rad, both (N,)."""
+
+    name: str
+    radius_d: np.ndarray
+    angle_rad: np.ndarray
+
+    @cached_property
+    def diameter_d(self) -> float:
+        """Outer diameter in units of d."""
+        return 1.0 + 2.0 * float(self.radius_d.max())
+
+    @cached_property
+    def outer(self) -> tuple[np.ndarray, np.ndarray]:
+        """Radius and angle of the strands that ever reach the outline: the corners of the sites'
+        convex hull, for all discs are of one size. Four of the pair core's eight."""
+        if self.count < 4:
+            return self.radius_d, self.angle_rad
+        corners = np.unique(self._support_d.argmax(axis=0))
+        return self.radius_d[corners], self.angle_rad[corners]
+
+    @cached_property
+    def mean_half_d(self) -> float:
+        """How far the outline lies from the axis, in the mean of all turns, in units of d."""
+        return 0.5 + float(self._support_d.max(axis=0).mean())
+
+    @cached_property
+    def _support_d(self) -> np.ndarray:
+        """How far out each strand's centre lies in any direction, (N, 720)."""
+        turns = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False) + 1e-4
+        return np.asarray(self.radius_d[:, None] * np.cos(turns - self.angle_rad[:, None]))
+
+    @property
+    def count(self) -> int:
+        """Strands."""
+        return len(self.radius_d)
+
+    @property
+    def lobes(self) -> int:
+        """Lobes of either edge that one turn of the strands makes, roughly alike."""
+        return 2 if len(self.outer[0]) <= 2 else 4
+
+    @property
+    def fold(self) -> int:
+        """Times that one turn repeats the section."""
+        return 1 if self.count % 2 else 2
+
+    def variants(self) -> tuple[Section, ...]:
+        """The section and its mirror image, where that is another section whichever way it is
+        turned (N = 5, 6, 7 of the pair core): which of the two twisted up nobody knows, and seen
+        from the side a right-handed bundle of one looks like a left-handed one of the other."""
+        points = self.radius_d * np.exp(1j * self.angle_rad)
+        mirrored = points.conj()
+        for turn in np.angle(mirrored[:, None] / np.where(points == 0, 1, points)[None, :]).ravel():
+            turned = points * np.exp(1j * turn)
+            if np.abs(turned[:, None] - mirrored[None, :]).min(axis=1).max() < 1e-6:
+                return (self,)
+        return self, Section(f"{self.name}_mirrored", self.radius_d, -self.angle_rad)
+
+
+@numba.njit(cache=True, inline="always")
+def _point(z, a, p, kappa, q, cp, sp, ct, st):  # pragma: no cover - compiled
+    """Projected strand centre (s, y) and its derivative along z; cosines and sines of the strand's
+    angle psi and the coil's theta there."""
+    if p[5] <= 0.0:
+        return z - p[9] * a * sp, -a * cp, 1.0 - p[9] * a * cp * p[1], p[1] * (a * sp)
+    depth = p[5] * st - a * cp * st - a * sp * ct / q
+    s = z + a * sp * kappa / q + p[9] * depth
+    y = p[5] * ct - a * cp * ct + a * sp * st / q
+    y_psi = a * sp * ct + a * cp * st / q
+    s_psi = a * cp * kappa / q + p[9] * (a * sp * st - a * cp * ct / q)
+    # Turned about the axis by a right angle, depth becomes height: each is the other's derivative.
+    return s, y, 1.0 + p[1] * s_psi + p[6] * p[9] * y, p[1] * y_psi - p[6] * depth
+
+
+@numba.njit(cache=True, error_model="numpy")
+def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at_lower, step):
+    # pragma: no cover - compiled
+    """Fill upper, lower (count,) at z0, z0 + 1, ...; at_* (count, 2) gets contact z and strand."""
+    rho, apart = p[0], 2.0 * p[0] * (1.0 + p[10])
+    for c in range(count):
+        upper[c] = -1e30
+        lower[c] = 1e30
+    reach = rho + 2.0 * step
+    for i in range(site_radius.size):
+        reach = max(reach, rho + apart * site_radius[i] + 2.0 * step)
+    samples = int((count + 2.0 * reach) / step) + 2
+    first = z0 - reach
+    kappa = p[5] * p[6]
+    q = np.sqrt(1.0 + kappa * kappa)
+    theta = p[6] * first + p[7] if p[5] > 0.0 else 0.0
+    turn = p[6] * step if p[5] > 0.0 else 0.0
+    # One step turns both angles by the same: products instead of four cosines and sines a sample.
+    cos_k, sin_k, cos_t, sin_t = (
+        np.cos(p[1] * step),
+        np.sin(p[1] * step),
+        np.cos(turn),
+        np.sin(turn),
+    )
+    xu, yu = np.empty(samples), np.empty(samples)
+    xl, yl = np.empty(samples), np.empty(samples)
+    for i in range(site_radius.size):
+        a = apart * site_radius[i]
+        psi = p[1] * first + p[2] + site_angle[i]
+        cp, sp, ct, st = np.cos(psi), np.sin(psi), np.cos(theta), np.sin(theta)
+        for j in range(samples):
+            s, y, ds, dy = _point(first + j * step, a, p, kappa, q, cp, sp, ct, st)
+            cp, sp = cp * cos_k - sp * sin_k, sp * cos_k + cp * sin_k
+            ct, st = ct * cos_t - st * sin_t, st * cos_t + ct * sin_t
+            length = np.sqrt(ds * ds + dy * dy) + 1e-12
+            nx, ny = -dy / length, ds / length
+            if ny < 0.0:
+                nx, ny = -nx, -ny
+            xu[j], yu[j] = s + rho * nx, y + rho * ny
+            xl[j], yl[j] = s - rho * nx, y - rho * ny
+        _draw_outermost(upper, at_upper, xu, yu, 1.0, i, rho, z0, first, step)
+        _draw_outermost(lower, at_lower, xl, yl, -1.0, i, rho, z0, first, step)
+    for c in range(count):
+        line = p[3] + p[4] * (c + z0)
+        upper[c] += line + p[8]
+        lower[c] += line - p[8]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _draw_outermost(edge, at, x, y, sense, strand, rho, z0, first, step):
+    # pragma: no cover - compiled
+    """Draw a strand's border x, y (K,), told every `step` from `first` on, into an edge (count,)
+    wherever it lies further out; sense +1 upper, -1 lower. at (count, 2): contact z and strand."""
+    last = edge.size - 1
+    for j in range(1, x.size):
+        x0, x1 = x[j - 1], x[j]
+        low, high = min(x0, x1), max(x0, x1)
+        if not high - low < 4.0 * rho:
+            continue
+        for c in range(max(int(np.ceil(low - z0)), 0), min(int(np.floor(high - z0)), last) + 1):
+            w = (c + z0 - x0) / (x1 - x0) if x1 != x0 else 0.5
+            v = y[j - 1] + w * (y[j] - y[j - 1])
+            if sense * v > sense * edge[c]:
+                edge[c] = v
+                at[c, 0] = first + (j - 1) * step + w * step
+                at[c, 1] = strand
+
+
+@numba.njit(cache=True, error_model="numpy")
+def gradient(x, z, i, sense, p, site_radius, site_angle, out):  # pragma: no cover - compiled
+    """d edge(x) / d p at contact z on strand i; sense +1 upper, -1 lower. out (11,)."""
+    rho = p[0]
+    closed = 2.0 * rho * site_radius[i]
+    a = closed * (1.0 + p[10])
+    psi = p[1] * z + p[2] + site_angle[i]
+    cp, sp = np.cos(psi), np.sin(psi)
+    if p[5] <= 0.0 and p[9] == 0.0:  # the same with kappa = theta = 0, in half the time
+        u = x - z
+        root = np.sqrt(max(rho * rho - u * u, 0.04 * rho * rho))
+        out[0] = sense * rho / root - a / rho * cp
+        out[1] = z * (a * sp)
+        out[2] = a * sp
+        out[3] = 1.0
+        out[4] = x
+        out[5] = 1.0 + sense * u / root * (a * sp) * p[6]
+        out[6] = z * (a * sp)
+        out[7] = a * sp
+        out[8] = sense
+        out[9] = -sense * u / root * (a * sp)
+        out[10] = -closed * cp
+        return
+    kappa = p[5] * p[6]
+    q = np.sqrt(1.0 + kappa * kappa)
+    theta = p[6] * z + p[7] if p[5] > 0.0 else 0.0
+    ct, st = np.cos(theta), np.sin(theta)
+    depth = p[5] * st - a * cp * st - a * sp * ct / q
+    height = p[5] * ct - a * cp * ct + a * sp * st / q
+    s = z + a * sp * kappa / q + p[9] * depth
+    u = x - s
+    root = np.sqrt(max(rho * rho - u * u, 0.04 * rho * rho))
+    g = sense * u / root  # d edge / d s of the centre
+    d_theta = -depth + g * p[9] * height
+    y_psi = a * sp * ct + a * cp * st / q
+    s_psi = a * cp * kappa / q + p[9] * (a * sp * st - a * cp * ct / q)
+    y_a = -cp * ct + sp * st / q
+    s_a = sp * kappa / q - p[9] * (cp * st + sp * ct / q)
+    q3 = q * q * q
+    y_kappa = -a * sp * st * kappa / q3
+    s_kappa = a * sp / q3 + p[9] * a * sp * ct * kappa / q3
+    out[0] = sense * rho / root + a / rho * (y_a + g * s_a)
+    d_psi = y_psi + g * s_psi
+    out[1] = z * d_psi
+    out[2] = d_psi
+    out[3] = 1.0
+    out[4] = x
+    d_kappa = y_kappa + g * s_kappa
+    out[5] = ct + g * p[9] * st + d_kappa * p[6]
+    out[6] = z * d_theta + d_kappa * p[5]
+    out[7] = d_theta
+    out[8] = sense
+    out[9] = g * depth
+    out[10] = closed * (y_a + g * s_a)
+
+
+@numba.njit(cache=True)
+def twist(p):  # pragma: no cover - compiled
+    """Of the strands about the bundle's own centre line, rad per px of that: its frame turns with
+    its torsion, kc / (1 + kappa^2), beside the strands' k."""
+    if p[RC] <= 0.0:
+        return p[K]
+    stretch = np.sqrt(1.0 + (p[RC] * p[KC]) ** 2)
+    return (p[K] + p[KC] / stretch) / stretch
+
+
+def passing(p: np.ndarray) -> float:
+    """Of strands and coil together before the camera, rad per px of the axis: all passings are the
+    turns."""
+    return float(p[K] + p[KC]) if p[RC] > 0.0 else float(p[K])
+
+
+@numba.njit(cache=True)
+def moved(p, shift):  # pragma: no cover - compiled
+    """Parameters (11,) with z counted from a middle `shift` px further on."""
+    q = p.copy()
+    q[PHI] += p[K] * shift
+    q[PHIC] += p[KC] * shift
+    q[Y0] += p[SLOPE] * shift
+    return q
+
+
+def rescaled(p: np.ndarray, factor: float, shift: float = 0.0) -> np.ndarray:
+    """Parameters (11,) in units of `factor` px; z counted from a middle `shift` px further on."""
+    q: np.ndarray = moved(p, shift)
+    q[[RHO, Y0, RC]] /= factor
+    q[[K, KC]] *= factor
+    return q
+
+
+def rounded_off(
+    p: np.ndarray, section: Section, z0: float, count: int, blur_px: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """By how much (count,) blur moves the upper and the lower edge at z0, z0 + 1, ...: a blurred
+    outline's half level runs, to first order in its slope, where the outline itself smoothed along
+    the axis does, inside of crests and outside of notches."""
+    beyond = int(np.ceil(3.0 * blur_px))
+    sharp = model_edges(p, section, z0 - beyond, count + 2 * beyond)
+    inside = slice(beyond, beyond + count)
+    up, low = ((smoothed(e, blur_px, truncate=3.0) - e)[inside] for e in sharp)
+    return up, low
+
+
+def model_edges(
+    p: np.ndarray, section: Section, z0: float, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Upper and lower edge (count,) at z0, z0 + 1, ..."""
+    upper, lower = np.empty(count), np.empty(count)
+    at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
+    step = max(0.25, min(0.6, 0.08 * float(p[RHO])))
+    silhouette(
+        np.asarray(p, dtype=float),
+        *section.outer,
+        float(z0),
+        count,
+        upper,
+        lower,
+        at_u,
+        at_l,
+        step,
+    )
+    return upper, lower

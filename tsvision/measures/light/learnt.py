@@ -1,0 +1,165 @@
+"""What some pictures teach of the strings' edges, in the signal that tells most of them.
+
+A hue tells strings from ground where brightness does not, under any shadow. But files store colour
+at half the resolution, mixed beyond the edges; and it fades at a limb in ways that the light there
+does not tell. So where strings were found by their colour, their edges are looked at by brightness
+alone as well: those of dark strings before a bright ground are as sharp as the lens, whatever light
+falls on the limbs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tsvision.images.sight import Sight, by_brightness
+from tsvision.measures.edges.cut import BURNT_OUT, LOST, Cut, cut_frame
+from tsvision.measures.edges.shading import plain_shading
+from tsvision.measures.helix.silhouette import Section
+from tsvision.measures.helix.uncertainty import light_sd_px
+from tsvision.measures.light.profiles import learn_shading
+from tsvision.measures.light.rounds import EdgeLook, Round, less_sure
+from tsvision.measures.light.settle import settle
+from tsvision.measures.light.witness import Witness, heard
+
+COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
+# Of the blur: an edge of burnt-out strings. How bright they are beyond what the sensor holds, and
+# how far out their blur therefore seems to end, nobody knows.
+BURNT_PLACE_SD = 0.35
+# Of a width by brightness that is not left to it alone, besides what light leaves open: parts of
+# coloured limbs are as bright as their ground (74 films of coloured strings).
+BRIGHT_SD_PX = 0.3
+SURER = 0.6  # of the width's uncertainty by colour, which that by brightness has to stay below
+# Thinner than by colour, whose blocks add less, from which on lit limbs are as bright as ground:
+# px, of a strand's radius, of which such limbs are a fair part, and of sds of the width by colour.
+FADED_PX, FADED_RHO, UNSURE = 3.0, 0.6, 2.0
+SHOWN = 75.0  # per cent of the frames whose cores show less: most may be of hardly a turn
+FEWEST = 2  # frames that tell
+LEAST_COST_PX2 = 1e-3  # of edges that fit: less is noise
+MISSED_PX = 1.0  # as much off as this counts an edge that was not found, or in no frame's fit
+
+Pairs = list[tuple[np.ndarray, Cut]]
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """pairs: the pictures that show strings, each with what was cut of it by `sight`; edge: how the
+    edges look there."""
+
+    sight: Sight
+    pairs: Pairs
+    edge: EdgeLook
+
+    @property
+    def cuts(self) -> list[Cut]:
+        return [cut for _, cut in self.pairs]
+
+    @property
+    def saturated(self) -> float:
+        """Share of the bundle's core where the sensor is full, typical of the frames."""
+        return float(np.median([cut.saturated for cut in self.cuts]))
+
+
+def cut_all(pictures: list[np.ndarray], sight: Sight, strand_px: float, half_px: int) -> Pairs:
+    """What is cut of those pictures that show strings."""
+    cuts = ((p, cut_frame(p, sight, strand_px, half_px)) for p in pictures)
+    return [(p, cut) for p, cut in cuts if cut is not None]
+
+
+def cut_alike(
+    pictures: list[np.ndarray], sight: Sight, strand_px: float, half_px: int
+) -> tuple[Sight, Pairs]:
+    """The same, by a sight that knows what the core shows in the frames where it lies on the axis:
+    in others, of hardly a turn, ground between legs does."""
+    pairs = cut_all(pictures, sight, strand_px, half_px)
+    if pairs:
+        shares = np.abs([cut.core_share for _, cut in pairs])
+        share = float(np.percentile(shares, SHOWN))
+        sight = replace(sight, core_share=sight.sense * share)
+        if (shares < LOST * share).any():
+            pairs = cut_all(pictures, sight, strand_px, half_px)
+    return sight, pairs
+
+
+def learn_edges(pairs: Pairs, sight: Sight, section: Section) -> Learnt:
+    """The edges in some pictures, as `sight` shows them."""
+    cuts = [cut for _, cut in pairs]
+    # The lamp stands still: what lies in the bundle's shadow in none of these does so in none.
+    sight = replace(sight, some_dim=any(cut.some_dim for cut in cuts))
+    rho_px = 0.5 * sight.width_px / section.diameter_d
+    shading = learn_shading(cuts, rho_px) or (plain_shading(rho_px), plain_shading(rho_px))
+    edge = settle(cuts, section, EdgeLook(shading, sight.width_px))
+    if sight.signal.in_colour:
+        # Half the resolution and its blocks outdo what frames differ by.
+        edge = less_sure(edge, COLOUR_PLACE_SD_PX)
+    return Learnt(sight, pairs, edge)
+
+
+def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
+    """The same, or where strings were told by their colour what brightness alone teaches of them,
+    if that is more."""
+    if not learnt.sight.signal.in_colour:
+        return learnt
+    pictures = [picture for picture, _ in learnt.pairs]
+    sight = by_brightness(learnt.sight, pictures)
+    sight, pairs = cut_alike(pictures, sight, sight.width_px / section.diameter_d, half_px)
+    if not pairs:
+        return learnt
+    other = learn_edges(pairs, sight, section)
+    if _tells_more(other.edge, learnt.edge):
+        return other
+    return replace(learnt, edge=_joined(learnt.edge, other.edge))
+
+
+def as_sure_as_exposed(learnt: Learnt) -> Learnt:
+    """The same, less sure of where edges lie that are a burnt-out bundle's."""
+    if learnt.saturated < BURNT_OUT:
+        return learnt
+    by_px = BURNT_PLACE_SD * learnt.saturated * learnt.edge.shading[0].blur_px
+    return replace(learnt, edge=less_sure(learnt.edge, by_px))
+
+
+def _joined(colour: EdgeLook, bright: EdgeLook) -> EdgeLook:
+    """Edges by colour that are where both together say, each by how sure it is of the width, and
+    brightness by as much less as its edges fit worse. What the two differ by is not known."""
+    # What one frame of several shows by brightness may be legs, or a coil.
+    told = bright.last.frames >= max(min(FEWEST, colour.last.frames), 1)
+    if not (told and _is_whole(bright, colour)):
+        return colour
+    wide_px = colour.diameter_px - bright.diameter_px
+    alone_px = float(np.hypot(light_sd_px(bright.shading), BRIGHT_SD_PX))
+    sd_px = alone_px * _times_worse(bright, colour)
+    shading, wider_px = heard(colour.shading, Witness(wide_px, sd_px), apart_px=wide_px)
+    return replace(colour, shading=shading, diameter_px=colour.diameter_px + wider_px)
+
+
+def _tells_more(bright: EdgeLook, colour: EdgeLook) -> bool:
+    """Whether edges by brightness fit better, in as many frames or much better, and tell the width
+    surer."""
+    surer = light_sd_px(bright.shading) < SURER * light_sd_px(colour.shading)
+    # Coils are tried where no straight bundle fits: as many frames as with them need not show one.
+    frames = FEWEST if colour.last.coils and not bright.last.coils else colour.last.frames
+    better = _cost_px2(bright.last, frames) <= _cost_px2(colour.last, colour.last.frames)
+    return surer and better and _is_whole(bright, colour)
+
+
+def _is_whole(bright: EdgeLook, colour: EdgeLook) -> bool:
+    """Whether brightness shows the limbs: lit ones may be as bright as their ground."""
+    unsure_px = UNSURE * light_sd_px(colour.shading)
+    faded_px = max(FADED_PX, FADED_RHO * colour.shading[0].rho_px, unsure_px)
+    return bright.diameter_px > colour.diameter_px - faded_px
+
+
+def _times_worse(bright: EdgeLook, colour: EdgeLook) -> float:
+    """How many times as far off its edges are, in squares of px, as those by colour; 1 where they
+    are no farther."""
+    cost = max(_cost_px2(colour.last, colour.last.frames), LEAST_COST_PX2)
+    return max(_cost_px2(bright.last, colour.last.frames) / cost, 1.0)
+
+
+def _cost_px2(seen: Round, frames: int) -> float:
+    """Of all columns, of so many frames at least, the mean square by which edges are off what was
+    fitted."""
+    found = seen.matched * seen.frames / max(seen.frames, frames, 1)
+    return found * seen.rms_px**2 + (1.0 - found) * MISSED_PX**2

@@ -1,0 +1,67 @@
+"""The mean profiles of both edges over some cuts, and what a first glance makes of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tsvision.measures.edges.cut import Cut
+from tsvision.measures.edges.find import SLOPE_SD_PX, rough_edges
+from tsvision.measures.edges.shading import (
+    EdgeProfile,
+    Shading,
+    edge_samples,
+    inside_px,
+    mean_profile,
+)
+from tsvision.measures.light.shading_fit import fit_shading
+from tsvision.measures.numeric.line import slope_of
+
+
+def edge_profiles(
+    cuts: list[Cut],
+    rho_px: float,
+    known: list[tuple[np.ndarray, np.ndarray]] | None = None,
+) -> tuple[EdgeProfile, EdgeProfile] | None:
+    """Mean edge profile of the upper and lower side over all cuts; None when too little is seen.
+
+    known: rows of the upper and lower edge (M,) for each cut, NaN where unknown; the rough edges
+    without it. Only edges that run nearly along the axis count: others are smeared across columns.
+    """
+    profiles = []
+    for side, outward in ((0, 1), (1, -1)):
+        samples = []
+        for i, cut in enumerate(cuts):
+            edge = rough_edges(cut)[side] if known is None else known[i][side]
+            slope = slope_of(edge, np.isfinite(edge), SLOPE_SD_PX)
+            flat = np.isfinite(edge) & (np.abs(slope) < 0.25) & ~cut.silhouette.cut
+            flat &= ~np.isfinite(cut.dim[side])
+            if flat.sum() < 10:
+                continue
+            samples.append(
+                edge_samples(
+                    cut.contrast[:, flat], edge[flat], slope[flat], outward, inside_px(rho_px)
+                )
+            )
+        if not samples:
+            return None
+        profile = mean_profile(*(np.concatenate(v) for v in zip(*samples, strict=True)))
+        if profile is None:
+            return None
+        profiles.append(profile)
+    return profiles[0], profiles[1]
+
+
+def learn_shading(cuts: list[Cut], rho_px: float) -> tuple[Shading, Shading] | None:
+    """Upper and lower side's shading over some frames; None when too little edge is seen."""
+    profiles = edge_profiles(cuts, rho_px)
+    if profiles is None:
+        return None
+    upper, lower, _ = fit_shading(profiles, rho_px, black_of(cuts))
+    return upper, lower
+
+
+def black_of(cuts: list[Cut]) -> float:
+    """The contrast of a strand without light, the typical one of the cuts that show one; 0 where
+    none does, as before a black ground."""
+    known = [cut.black for cut in cuts if np.isfinite(cut.black)]
+    return float(np.median(known)) if known else 0.0

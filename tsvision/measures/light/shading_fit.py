@@ -1,0 +1,312 @@
+"""Light, blur and place of both edges, fitted to their mean profiles.
+
+Light that is spread over many lamps and light that comes from one explain a profile about equally
+well, with edges some tenths of a px apart: what tells them apart lies within one blur of the limb.
+Neither is right, so that the place is the mean of both, weighed by how common each is - rigs have a
+lamp, and the prior of spread light draws a limb with little of it inwards - and a little by how
+well it describes the profiles: the better description is as often as not the worse place. Their
+difference enters the uncertainty.
+
+A limb that no lamp reaches is as dark before a bright ground as before a black one: darker than the
+ground, then. But most limbs do get light, from the ground not least, and to let them fall below it
+costs what the profiles know of their places. Both are fitted and count by how well they describe
+the profiles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.optimize import OptimizeResult, least_squares, nnls
+
+from tsvision.measures.edges.shading import (
+    BLUR_RANGE_PX,
+    LAMPS_RAD,
+    PLACE_RANGE_PX,
+    RAMPS,
+    TEMPLATE_GRID_PX,
+    EdgeProfile,
+    Shading,
+    averaged_blur_px,
+    lamp_shapes,
+    limb_loss,
+    make_shading,
+    ramp_prior,
+    ramps_outside,
+)
+from tsvision.measures.light.shading_lamp import fit_lamp
+from tsvision.measures.light.shape import UNKNOWN, Shape
+
+# Before anything is seen: so much of the core's light comes from lamps, most of them beside the
+# camera; all lamps together may differ from that by LAMP_SD.
+LAMP_SHARE = 0.45
+LAMP_SD = 0.5
+AMBIENT_SHARE, AMBIENT_SD = 0.4, 0.3  # of lit strands; before a bright ground nothing is known
+TIE_SD = 0.1  # how much a lamp may differ between the two limbs
+FLOOR = 0.003  # of a profile's span: what the model cannot describe at the limb, ...
+FLOOR_GROWTH = 20.0  # ... growing inwards, where neighbours shade and gleam
+REWEIGHED, REWEIGHED_BINS = 2, 9  # times, over this stretch of a profile
+RIVAL = 1.5  # times the best cost
+WIDTH_PX = 0.02  # by which a width may be off
+LAMP_ODDS = 2.0  # that one lamp lights the strings, before the profiles are seen
+LAMP_POWER = 0.5  # of the two misfits' ratio: the better description counts a little more
+GROUND_LIGHT = 0.02  # of the core's contrast: a ground no brighter is as good as black
+
+
+def fit_shading(
+    profiles: tuple[EdgeProfile, EdgeProfile],
+    rho_px: float,
+    black: float = 0.0,
+    blur_start_px: float = 1.0,
+    shape: Shape = UNKNOWN,
+    grooved: bool = False,
+) -> tuple[Shading, Shading, np.ndarray]:
+    """Fit both sides' mean edge profiles (upper, lower) with one blur and nearly the same lamps.
+
+    Signals in units of the core's contrast, > 0 inside. black: the contrast of a strand without
+    light: 0 before a black ground, less where the ground beside bright strands is lit, more where
+    strings are told by a hue or by being darker, above 1 before a bright ground, where light
+    reduces the contrast. shape: what the outline's shape tells of both edges' places together.
+    grooved: whether neighbours may take light from a strand: more than two strands, and no hue.
+    Returns upper and lower shading and (2,) the true edges' places on the profiles' axis (negative:
+    outside the edge assumed).
+    """
+    light = _fit_light(profiles, rho_px, max(black, 0.0), blur_start_px, shape, grooved)
+    if black < -GROUND_LIGHT:
+        unlit = _fit_light(profiles, rho_px, black, blur_start_px, shape, grooved)
+        light = _either(light, unlit)
+    system, q, width_sd = light.system, light.q, light.width_sd_px
+    told = shape.joined(float(q[1:].sum()), width_sd)
+    q, width_sd = system.fit_width(q, told.width_px), told.sd_px
+    gain = 1.0 - system.black
+    sides = []
+    for i, own in enumerate(system.solve(q)[0].reshape(2, -1)):
+        ambient, lamps = system.black + gain * float(own[0]), gain * own[1 : 1 + LAMPS_RAD.size]
+        residual = system.rms(q, i)
+        sides.append(
+            make_shading(
+                rho_px,
+                float(q[0]),
+                ambient,
+                lamps,
+                residual,
+                width_sd / np.sqrt(2.0),
+                loss=system.loss,
+            )
+        )
+    return sides[0], sides[1], q[1:]
+
+
+@dataclass(frozen=True)
+class _Light:
+    """A system solved: q (3,) = blur and both places, and the width's sd."""
+
+    system: _System
+    q: np.ndarray
+    width_sd_px: float
+
+
+def _fit_light(
+    profiles: tuple[EdgeProfile, EdgeProfile],
+    rho_px: float,
+    black: float,
+    blur_start_px: float,
+    shape: Shape,
+    grooved: bool,
+) -> _Light:
+    """Spread light and one lamp together, for strands that show the contrast `black` without."""
+    system = _System(profiles, rho_px, black)
+    blur = float(np.clip(blur_start_px, 0.4, 5.5))
+    # Where a lamp's light ends short of a limb that sends none, what is seen is the terminator:
+    # the edge then lies far outside, and the fit has to be told to look there.
+    starts = [
+        np.array([blur, *places])
+        for places in ((0.0, 0.0), (-0.7 * rho_px, 0.0), (0.0, -0.7 * rho_px))
+        if min(places) > PLACE_RANGE_PX[0]
+    ]
+    starts += [np.array([blur, *places]) for places in shape.starts()]
+    fits = [system.fit(start) for start in starts]
+    for _ in range(REWEIGHED):
+        system.reweigh(min(fits, key=lambda f: f.cost).x)
+        fits = [system.fit(f.x) for f in fits]
+    fit = min(fits, key=lambda f: f.cost)
+    covariance = np.linalg.pinv(fit.jac.T @ fit.jac)
+    width_sd = float(np.sqrt(max(covariance[1:, 1:].sum(), 0.0)))
+    # Another place that explains the profiles nearly as well cannot be ruled out.
+    apart = [abs(float((f.x - fit.x)[1:].sum())) for f in fits if f.cost < RIVAL * fit.cost + 1.0]
+    q = fit.x
+    if black < 1.0:
+        lamp = fit_lamp(profiles, system.floor, rho_px, float(q[0]), black, grooved)
+        spread = system.misfit(q)
+        odds = LAMP_ODDS / max(lamp.misfit / max(spread, 1e-12), 1e-3) ** LAMP_POWER
+        share = odds / (1.0 + odds)
+        apart.append(abs(float((lamp.places_px - q[1:]).sum())))
+        q = system.blur_at(q[0], q[1:] + share * (lamp.places_px - q[1:]))
+    width_sd = float(np.hypot(width_sd, 0.5 * max(apart)))
+    return _Light(system, q, width_sd)
+
+
+def _either(light: _Light, unlit: _Light) -> _Light:
+    """Of limbs that reach the ground's light and no less, and of such as may fall below it, each by
+    how well it describes the profiles; what they differ by is not known."""
+    odds = light.system.misfit(light.q) / max(unlit.system.misfit(unlit.q), 1e-12)
+    share = odds / (1.0 + odds)
+    off = unlit.q[1:] - light.q[1:]
+    between = np.sqrt(share * (1.0 - share)) * abs(float(off.sum()))
+    system = unlit.system if share > 0.5 else light.system
+    q = system.blur_at(unlit.q[0], light.q[1:] + share * off)
+    sd = (1.0 - share) * light.width_sd_px + share * unlit.width_sd_px
+    return _Light(system, q, float(np.hypot(sd, between)))
+
+
+class _System:
+    """The linear part: given blur and places, the light of both sides by least squares.
+
+    Unknowns of a side: ambient and the lamps, over the core's light, and the ground's error and
+    slope with either sign.
+    """
+
+    def __init__(
+        self,
+        profiles: tuple[EdgeProfile, EdgeProfile],
+        rho_px: float,
+        black: float,
+    ) -> None:
+        self.profiles, self.rho_px, self.black = profiles, rho_px, black
+        self.loss = limb_loss(black)
+        self.sd = []
+        for p in profiles:
+            deep = np.maximum(p.t_px - 1.0, 0.0) / rho_px
+            floor = FLOOR * np.ptp(p.value) * (1.0 + FLOOR_GROWTH * deep**2)
+            self.sd.append(np.hypot(p.sd, np.maximum(floor, 1e-6)))
+        self.floor = tuple(self.sd)
+        ends = np.cumsum([0, *(p.t_px.size for p in profiles)])
+        self.parts = (slice(ends[0], ends[1]), slice(ends[1], ends[2]))  # of the residuals
+        lamps = LAMPS_RAD.size
+        self.unknowns = 1 + lamps + 2 + RAMPS
+        own = np.zeros((lamps, 2 * self.unknowns))
+        own[:, 1 : 1 + lamps] = np.eye(lamps) * np.sqrt(lamps) / LAMP_SD
+        other = np.roll(own, self.unknowns, axis=1)
+        ties = self._ties()
+        ambient = np.zeros((2, 2 * self.unknowns))
+        if black < 1.0:
+            ambient[[0, 1], [0, self.unknowns]] = 1.0 / AMBIENT_SD
+        self.prior = np.vstack([own, other, ambient, ties, ramp_prior(self.unknowns)])
+        front = np.maximum(np.cos(LAMPS_RAD), 0.0)
+        typical = LAMP_SHARE * front / np.sum(front**2)
+        expected = typical * np.sqrt(lamps) / LAMP_SD
+        self.target = np.concatenate(
+            [
+                *(p.value / s for p, s in zip(profiles, self.sd, strict=True)),
+                expected,
+                expected,
+                np.full(2, AMBIENT_SHARE / AMBIENT_SD if black < 1.0 else 0.0),
+                np.zeros(len(ties) + 2 * RAMPS),
+            ]
+        )
+
+    def _ties(self) -> np.ndarray:
+        """A lamp at angle theta from the upper limb's side is one at -theta from the lower's."""
+        rows = []
+        for j, angle in enumerate(LAMPS_RAD):
+            k = int(np.argmin(np.abs(LAMPS_RAD + angle)))
+            if abs(LAMPS_RAD[k] + angle) < 1e-6:
+                row = np.zeros(2 * self.unknowns)
+                row[1 + j], row[self.unknowns + 1 + k] = 1.0, -1.0
+                rows.append(row * np.sqrt(LAMPS_RAD.size) / TIE_SD)
+        return np.array(rows)
+
+    def solve(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Light (2 * unknowns,) and all residuals in their sd, for q = (blur, both places)."""
+        shapes = lamp_shapes(self.rho_px, averaged_blur_px(float(q[0])), self.loss)
+        blocks, target, gain = [], self.target.copy(), 1.0 - self.black
+        for i, (p, sd) in enumerate(zip(self.profiles, self.sd, strict=True)):
+            one = np.ones_like(p.t_px)
+            seen = [np.interp(p.t_px - q[1 + i], TEMPLATE_GRID_PX, shape) for shape in shapes]
+            block = np.zeros((p.t_px.size, 2 * self.unknowns))
+            place = slice(i * self.unknowns, (i + 1) * self.unknowns)
+            target[self.parts[i]] -= self.black * seen[0] / sd
+            ground = [one, -one, *ramps_outside(p.t_px - q[1 + i])]
+            block[:, place] = np.stack([*(gain * v for v in seen), *ground], axis=1) / sd[:, None]
+            blocks.append(block)
+        design = np.vstack([*blocks, self.prior])
+        light, _ = nnls(design, target, maxiter=3000)
+        return light, design @ light - target
+
+    def fit(self, start: np.ndarray) -> OptimizeResult:
+        """Blur and both places (3,), from a start."""
+        return least_squares(
+            self.residuals,
+            start,
+            bounds=tuple(zip(BLUR_RANGE_PX, PLACE_RANGE_PX, PLACE_RANGE_PX, strict=True)),
+            diff_step=1e-3,
+            x_scale=[0.2, 0.2, 0.2],
+            max_nfev=40,
+        )
+
+    def blur_at(self, blur_px: float, places_px: np.ndarray) -> np.ndarray:
+        """(blur, both places) (3,) with the best blur for given places (2,)."""
+        fit = least_squares(
+            lambda blur: self.residuals(np.concatenate([blur, places_px])),
+            [blur_px],
+            bounds=BLUR_RANGE_PX,
+            diff_step=1e-3,
+            max_nfev=15,
+        )
+        return np.concatenate([fit.x, places_px])
+
+    def fit_width(self, q: np.ndarray, width_px: float) -> np.ndarray:
+        """(blur, both places) (3,) from `q` on with the places' sum given: which limb it is that
+        goes on unseen, and how blurred both are, the profiles tell."""
+        if abs(width_px - float(q[1:].sum())) < WIDTH_PX:
+            return q
+        # Poor fits tell of widths that no two places have: then the nearest that two have.
+        least, most = (2.0 * place for place in PLACE_RANGE_PX)
+        width_px = float(np.clip(width_px, least + WIDTH_PX, most - WIDTH_PX))
+
+        def off(free: np.ndarray) -> np.ndarray:
+            return self.residuals(np.array([free[0], free[1], width_px - free[1]]))
+
+        middle = 0.5 * (width_px - float(q[1:].sum()))
+        starts = (q[1] + middle, q[1] + 2.0 * middle, q[1])
+        low = max(PLACE_RANGE_PX[0], width_px - PLACE_RANGE_PX[1]) + 1e-3
+        high = min(PLACE_RANGE_PX[1], width_px - PLACE_RANGE_PX[0]) - 1e-3
+        fits = [
+            least_squares(
+                off,
+                [q[0], np.clip(place, low + 1e-3, high - 1e-3)],
+                bounds=tuple(zip(BLUR_RANGE_PX, (low, high), strict=True)),
+                diff_step=1e-3,
+                x_scale=[0.2, 0.2],
+                max_nfev=25,
+            )
+            for place in starts
+        ]
+        blur, upper = min(fits, key=lambda f: f.cost).x
+        return np.array([blur, upper, width_px - upper])
+
+    def misfit(self, q: np.ndarray) -> float:
+        """Sum of squared residuals of both profiles in units of what is allowed at the limb."""
+        off = self.residuals(q)
+        sides = zip(self.parts, self.sd, self.floor, strict=True)
+        return float(sum(np.sum((off[part] * sd / floor) ** 2) for part, sd, floor in sides))
+
+    def reweigh(self, q: np.ndarray) -> None:
+        """Count each stretch of the profiles by how well the model describes it about there: bins
+        side by side are off together (gleam, strands in front, few sub-pixel phases)."""
+        off = self.residuals(q)
+        for i, part in enumerate(self.parts):
+            square = uniform_filter1d((off[part] * self.sd[i]) ** 2, REWEIGHED_BINS, mode="nearest")
+            sd = np.maximum(self.floor[i], np.sqrt(square))
+            self.target[part] *= self.sd[i] / sd
+            self.sd[i] = sd
+
+    def residuals(self, q: np.ndarray) -> np.ndarray:
+        return self.solve(q)[1]
+
+    def rms(self, q: np.ndarray, side: int) -> float:
+        """rms residual of one side's profile, in the signal's units."""
+        off = self.residuals(q)[self.parts[side]]
+        return float(np.sqrt(np.mean((off * self.sd[side]) ** 2)))

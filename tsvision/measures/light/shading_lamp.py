@@ -1,0 +1,131 @@
+"""The edge of a strand lit by one lamp and by light from all around: few numbers a pair of edges.
+
+In units of the core's contrast, t px inside the edge, sin phi = x = 1 - t / rho,
+
+    I(t) = ground + black + ambient + w max(0, cos(phi - theta)) - g h(t) + r min(t, 0),
+
+with `black` the contrast of a strand without light, theta and w common to both edges (the lamp of
+one limb's side is at -theta from the other's).
+
+The limb lies open, but further in a strand faces its neighbours: the groove between them takes
+light away, h(t) = max(0, t / rho - GROOVE_FROM)^2. Without it what falls off inwards passes for
+light from the side, and the edge of so bright a limb is sought too far in. Outside, the ground may
+slope a little, r.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares, nnls
+
+from tsvision.measures.edges.shading import (
+    BLUR_RANGE_PX,
+    PLACE_RANGE_PX,
+    RAMPS,
+    TEMPLATE_GRID_PX,
+    EdgeProfile,
+    averaged_blur_px,
+    light_shapes,
+    limb_loss,
+    ramp_prior,
+    ramps_outside,
+)
+
+GROOVE_FROM = 0.1  # of the radius: how far in the neighbours begin to take light away
+RESOLVED = 3.0  # blurs in a strand's radius: of a thinner one no groove is told from the limb
+GROOVED_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb and more are dark
+STARTS_RAD = np.deg2rad([-45.0, 0.0, 45.0])
+FURTHEST_RAD = 1.6
+OWN = 4 + RAMPS  # unknowns of a side, the last of which are the ground's slopes
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """The lamp's direction from the upper limb's side, blur, both edges' places (2,) on the
+    profiles' axis, and the sum of squared residuals in units of the sd given."""
+
+    theta_rad: float
+    blur_px: float
+    places_px: np.ndarray
+    misfit: float
+
+
+def fit_lamp(
+    profiles: tuple[EdgeProfile, EdgeProfile],
+    sd: tuple[np.ndarray, ...],
+    rho_px: float,
+    blur_start_px: float,
+    black: float = 0.0,
+    grooved: bool = False,
+) -> Lamp:
+    """Fit the mean profiles (upper, lower) of strands brighter than their ground, each value with
+    its sd (K,). grooved: whether there may be a groove; where the lamp leaves one limb dark, none
+    is told from where its light ends."""
+    if grooved and rho_px > RESOLVED * blur_start_px:
+        lamp = _fit(profiles, sd, rho_px, blur_start_px, black, True)
+        if abs(lamp.theta_rad) < GROOVED_RAD:
+            return lamp
+    return _fit(profiles, sd, rho_px, blur_start_px, black, False)
+
+
+def _fit(
+    profiles: tuple[EdgeProfile, EdgeProfile],
+    sd: tuple[np.ndarray, ...],
+    rho_px: float,
+    blur_start_px: float,
+    black: float,
+    grooved: bool,
+) -> Lamp:
+    def off(q: np.ndarray) -> np.ndarray:
+        return _residuals(profiles, sd, rho_px, black, grooved, q)
+
+    ranges = (BLUR_RANGE_PX, PLACE_RANGE_PX, PLACE_RANGE_PX, (-FURTHEST_RAD, FURTHEST_RAD))
+    fits = [
+        least_squares(
+            off,
+            [blur_start_px, 0.0, 0.0, theta],
+            bounds=tuple(zip(*ranges, strict=True)),
+            x_scale=[0.2, 0.2, 0.2, 0.3],
+            diff_step=1e-3,
+            max_nfev=40,
+        )
+        for theta in STARTS_RAD
+    ]
+    best = min(fits, key=lambda f: f.cost)
+    return Lamp(float(best.x[3]), float(best.x[0]), best.x[1:3], float(2.0 * best.cost))
+
+
+def _residuals(
+    profiles: tuple[EdgeProfile, EdgeProfile],
+    sd: tuple[np.ndarray, ...],
+    rho_px: float,
+    black: float,
+    grooved: bool,
+    q: np.ndarray,
+) -> np.ndarray:
+    """For q = (blur, both places, theta): of both profiles, light by least squares."""
+    target = np.concatenate([p.value / s for p, s in zip(profiles, sd, strict=True)])
+    # the lamp; ambient, the ground's error, the groove and the ground's slope of each side
+    design = np.zeros((target.size, 1 + 2 * OWN))
+    first = 0
+    for side, (p, s) in enumerate(zip(profiles, sd, strict=True)):
+        theta = q[3] if side == 0 else -q[3]
+        t_px = p.t_px - q[1 + side]
+        blur_px = averaged_blur_px(float(q[0]))
+        shapes = light_shapes(rho_px, blur_px, np.array([theta]), limb_loss(black))
+        around, lit = (np.interp(t_px, TEMPLATE_GRID_PX, shape) for shape in shapes)
+        rows = slice(first, first + t_px.size)
+        target[rows] -= black * around / s
+        shaded = np.maximum(t_px / rho_px - GROOVE_FROM, 0.0) ** 2
+        one = np.ones_like(lit)
+        own = [around, one, -one, -shaded * float(grooved), *ramps_outside(t_px)]
+        ends = 1 + OWN * (side + 1)
+        design[rows, 0] = lit / s
+        design[rows, ends - OWN : ends] = np.stack(own, axis=1) / s[:, None]
+        first += t_px.size
+    design = np.vstack([design, ramp_prior(OWN, common=1)])
+    target = np.concatenate([target, np.zeros(2 * RAMPS)])
+    light, _ = nnls(design, target)
+    return np.asarray(design @ light - target)

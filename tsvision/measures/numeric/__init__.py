@@ -1,0 +1,1 @@
+"""Lines of numbers: fitted, smoothed, closed, summed, their spectrum."""

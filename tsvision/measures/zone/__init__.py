@@ -1,0 +1,1 @@
+"""HELIX -> NUMBERS along the zone: widths, coils, knots, turns and string, and their doubts."""

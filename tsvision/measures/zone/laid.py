@@ -1,0 +1,132 @@
+"""Turns and string that lie along the zone, where the bundle coils unevenly or holds knots.
+
+How wide it coils beside knots, its swinging middle tells. No helix can be fitted to a knot, whose
+coils grow and shrink within two or three of them. But they show: their radius in the envelope,
+their rate in the middle of the edges. And a bundle passes its torque on, so that the material is
+twisted as much per length of bundle inside a knot as beside it; per length of the zone it is more,
+for a coil of radius R and rate q lays sqrt(1 + (R q)²) of bundle there and adds
+q (1 - 1 / sqrt(1 + (R q)²)) of turning itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tsvision.measures.edges.edges import Edges
+from tsvision.measures.helix.bundle import BundleFit
+from tsvision.measures.helix.coil_radius import coil_px, held, radius_along
+from tsvision.measures.helix.fit import HelixFit
+from tsvision.measures.helix.followed import Followed
+from tsvision.measures.helix.silhouette import KC, RC, SLOPE, Y0, K, twist
+from tsvision.measures.numeric.spectrum import spectrum
+from tsvision.measures.zone.envelope import Envelope, envelope_px
+
+TIGHTEST, WIDEST = 0.8, 2.5  # pitches of a knot's coils, in D
+BEYOND = 0.5  # D on either side of a knot, where its coils begin
+LEAST_RADIUS = 0.05  # of D: thinner coils are not read from the envelope
+DRAWN_COILS = 12.0  # of a fit: all phases in which coils and strands' lobes meet
+
+
+@dataclass(frozen=True)
+class Laid:
+    """Turns and length of bundle (px) between two s, and the shares of them inside knots."""
+
+    turns: float
+    bundle_px: float
+    knot_turns: float
+    knot_bundle_px: float
+
+
+def laid_along(
+    found: BundleFit,
+    edges: Edges,
+    envelope: Envelope,
+    knots_px: list[tuple[float, float]],
+    start_px: float,
+    end_px: float,
+    followed: Followed | None = None,
+) -> Laid:
+    """What lies between two s when the bundle elsewhere is twisted as in a fit's window.
+
+    envelope: E(s) at the edges' s, closed over no more than a coil of a knot; knots_px: first and
+    last s of each; followed: what is told from place to place, which goes before that.
+    """
+    fit = found.fit
+    along = float(twist(fit.p))  # rad per px of bundle
+    if not (fit.coiled or knots_px or followed):
+        length_px = end_px - start_px  # everywhere the same, and no longer than the axis
+        return Laid(along * length_px / (2.0 * np.pi), length_px, 0.0, 0.0)
+    s = np.arange(np.ceil(start_px), end_px)
+    known = np.isfinite(envelope.px)
+    rate = np.full(s.size, float(fit.p[KC]) if fit.coiled else 0.0)
+    radius = np.zeros(s.size)
+    if fit.coiled:
+        radius = radius_along(found, edges, s, start_px, end_px)
+    if known.any():
+        reach = np.clip(0.5 * (envelope.px[known] - fit.diameter_px), 0.0, None)
+        shown = np.interp(s, edges.s_px[known], reach)
+        inside = _inside(s, knots_px, BEYOND * fit.diameter_px)
+        for (low, high), here in zip(knots_px, inside, strict=True):
+            tight = coil_rate(edges, low, high, fit.diameter_px)
+            if np.isfinite(tight):
+                most = float(shown[here].max(initial=0.0))
+                wide = shown[here] * _unseen(fit, most, tight, along, envelope.closed_over_px)
+                rate[here], radius[here] = tight, np.maximum(wide, radius[here])
+    radius *= held(s, edges.s_px[known], start_px, end_px, fit.diameter_px)
+    length = np.sqrt(1.0 + (radius * rate) ** 2)
+    turning = (along * length + rate * (1.0 - 1.0 / length)) / (2.0 * np.pi)
+    if followed is not None:
+        told, passing, stretched = followed.at(s)
+        turning += told * (passing / (2.0 * np.pi) - turning)
+        length += told * (stretched - length)
+    knotted = _inside(s, knots_px).any(axis=0)
+    part = (end_px - start_px) / max(s.size, 1)
+    return Laid(
+        float(turning.sum() * part),
+        float(length.sum() * part),
+        float(turning[knotted].sum()),
+        float(length[knotted].sum()),
+    )
+
+
+def _inside(s: np.ndarray, knots_px: list[tuple[float, float]], beyond: float = 0.0) -> np.ndarray:
+    """Which of s (M,) lie in which knot (K, M), or up to `beyond` outside."""
+    ends = np.array(knots_px, dtype=float).reshape(-1, 2)
+    return np.asarray((s >= ends[:, :1] - beyond) & (s <= ends[:, 1:] + beyond))
+
+
+def coil_rate(edges: Edges, low_px: float, high_px: float, diameter_px: float) -> float:
+    """Rate (rad/px) of the coils between two s, from the middle of the edges; NaN if unseen."""
+    part = edges.window(low_px - BEYOND * diameter_px, high_px + BEYOND * diameter_px)
+    both = (part.upper_weight > 0.1) & (part.lower_weight > 0.1)
+    if both.sum() < 0.5 * diameter_px:
+        return float("nan")
+    middle = np.interp(part.s_px, part.s_px[both], (0.5 * (part.upper_px + part.lower_px))[both])
+    tapered = np.hanning(middle.size) * (middle - middle.mean())
+    rates = 2.0 * np.pi / diameter_px * np.linspace(1.0 / WIDEST, 1.0 / TIGHTEST, 200)
+    return float(rates[int(np.argmax(np.abs(spectrum(tapered, 0.0, rates))))])
+
+
+def _unseen(
+    fit: HelixFit, radius_px: float, rate: float, along: float, closed_over_px: float
+) -> float:
+    """Times that a coil of this radius and rate is as wide as its envelope has it on the mean."""
+    if radius_px < LEAST_RADIUS * fit.diameter_px:
+        return 1.0
+    stretch = float(np.hypot(1.0, radius_px * rate))
+    p = fit.p.copy()
+    p[RC], p[KC], p[K] = radius_px, rate, along * stretch - rate / stretch
+    return radius_px / float(_drawn(fit, p, closed_over_px).mean())
+
+
+def _drawn(fit: HelixFit, p: np.ndarray, closed_over_px: float) -> np.ndarray:
+    """By how much (K,) px the envelope of a coil with these parameters exceeds D / 2, all along
+    some coils of it."""
+    p = p.copy()
+    p[Y0] = p[SLOPE] = 0.0
+    count = int(DRAWN_COILS * coil_px(float(p[KC]), fit.diameter_px))
+    edges = replace(fit, p=p).seen_edges(-0.5 * count, count)
+    drawn = envelope_px(*edges, np.ones(count, dtype=bool), closed_over_px, fit.diameter_px)
+    return np.clip(0.5 * (drawn - fit.diameter_px), 0.0, None)
