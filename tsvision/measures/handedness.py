@@ -10,6 +10,12 @@ from tsvision.measures.edges.cut import Cut
 from tsvision.measures.edges.edges import Edges
 
 SOME = 3  # columns apart that tell typical light and shading
+SMOOTH, SMOOTH_ACROSS, LEAST_SMOOTH_PX = (
+    0.6,
+    0.15,
+    0.8,
+)  # along and across ridges, of the half width
+PAIRED_FROM_PX = 4.0  # of smoothing along: pairs of columns tell as much as each
 
 
 def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float) -> float:
@@ -35,12 +41,22 @@ def _products(
 ) -> tuple[float, float]:
     """sum(gx gy) and the sum of both squares of one channel (R, M)."""
     reach = max(int(half_width_px), 2)
-    rows = (centre_row + np.arange(-reach, reach + 1)[:, None]).astype(np.float32)
+    along_px, across_px = (
+        max(share * half_width_px, LEAST_SMOOTH_PX) for share in (SMOOTH, SMOOTH_ACROSS)
+    )
+    step = 2 if along_px > PAIRED_FROM_PX and light.shape[1] > 2 else 1
+    count = light.shape[1] // step
+    middle = centre_row[: count * step].reshape(count, step).mean(axis=1)
+    rows = (middle + np.arange(-reach, reach + 1)[:, None]).astype(np.float32)
     columns = np.empty_like(rows)
-    columns[:] = np.arange(light.shape[1])
+    columns[:] = np.arange(count)
     first = min(max(int(rows.min()) - 1, 0), light.shape[0] - 1)
-    filled = light[first : max(int(rows.max()) + 3, first + 1)].astype(np.float32)
+    last = max(int(rows.max()) + 3, first + 1)
+    filled = light[first:last, : count * step].astype(np.float32)
     cv2.patchNaNs(filled, 0.0)
+    if step > 1:
+        halved = (count, filled.shape[0])
+        filled = cv2.resize(filled, halved, interpolation=cv2.INTER_AREA).astype(np.float32)
     straight = cv2.remap(
         filled,
         columns,
@@ -50,10 +66,8 @@ def _products(
     )
     floor = max(0.02 * median(np.abs(straight[:, ::SOME])), 1e-4)
     log = np.log(np.maximum(straight, floor))
-    log = cv2.GaussianBlur(
-        log, (0, 0), sigmaX=max(0.6 * half_width_px, 0.8), sigmaY=max(0.15 * half_width_px, 0.8)
-    )
-    gx = 0.5 * (log[1:-1, 2:] - log[1:-1, :-2])
+    log = cv2.GaussianBlur(log, (0, 0), sigmaX=along_px / step, sigmaY=across_px)
+    gx = (0.5 / step) * (log[1:-1, 2:] - log[1:-1, :-2])
     gy = 0.5 * (log[2:, 1:-1] - log[:-2, 1:-1])
     # The mean shading across carries no slope.
     gy = gy - row_medians(gy[:, ::SOME])[:, None].astype(np.float32)

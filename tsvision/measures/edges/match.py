@@ -23,7 +23,7 @@ UNEXPLAINED = 0.03  # of the core's contrast: what a column shows besides the te
 # Before a column is seen: of its step's height, in the template's, and of its ramp's, in that.
 STEP_SD, RAMP_SD = 0.3, 2.0
 # A step after which the next is far shorter, a short one, one too long to tell a bend by, the most.
-ENOUGH_PX, NEARLY_PX, LONG_PX, MOST_PX = 1e-2, 0.05, 0.3, 0.5
+ENOUGH_PX, NEARLY_PX, LONG_PX, MOST_PX = 3e-2, 0.05, 0.3, 0.5
 LEAST_BEND, MOST_BEND = 0.35, 2.0  # of the curve that the template gives the cost
 # A fibre, nowhere as bright as the template, is drawn further in by every step and comes to look
 # deeper than it is: no more of them than an edge needs.
