@@ -81,7 +81,8 @@ def _measurer(rig: Any, like: str | None) -> Any:
     if like is None:
         return Learner(lambda: measuring.Measurer(rig))
     known = measuring.Measurer(rig)
-    known.prime(measuring.sample_pictures(open_recording(like, rig), 8))
+    recording = open_recording(like, rig)
+    known.prime(measuring.sample_pictures(recording, 8), recording.turns)
     return known
 
 

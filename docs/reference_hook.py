@@ -27,7 +27,8 @@ COLUMNS: dict[str, str] = {
     "outer strands); any rope shows it",
     "helix_angle_rad": "β, tan β = π D / p, at the outer radius",
     "lay_angle_rad": "angle of the strands' ridges, tan = 2π a / p at the strand-centre radius a",
-    "handedness": "`Z` (right-handed) or `S` (left-handed), read with the axis vertical",
+    "handedness": "`Z` (right-handed) or `S` (left-handed), read with the axis vertical; of a frame "
+    "whose bundle is not in view, that of the frames wound the same way",
     "handedness_confidence": "0 to 1",
     "strand_count": "N, as given or estimated",
     "strand_count_confidence": "0 to 1",

@@ -39,7 +39,7 @@ STAGES = (
     ("ends",),
     ("count", "handedness", "scale"),
     ("looks",),
-    ("zone",),
+    ("zone", "sense"),
     ("frame",),
     ("alone",),
     ("late", "cords"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.measures.pictures import picture
-from tsvision.measures import frame
+from tsvision.measures import sense
 from tsvision.measures.handedness import handedness_of, ridge_slope
 from tsvision.measures.recording import Measurer
 from tsvision.records import Frame, Rig, Strings, View
@@ -60,5 +60,5 @@ def test_a_faint_sense_gives_way_to_that_of_the_frames_learnt_from(
     measurer = Measurer(Rig(strings=Strings(count=2), view=View(separator_side="none")))
     measurer.prime([pixels])
     assert measurer.looks is not None and measurer.looks.slope_sum > 0.2
-    monkeypatch.setattr(frame, "slope_between", lambda *_: faint)
+    monkeypatch.setattr(sense, "slope_between", lambda *_: faint)
     assert measurer.measure(Frame(0, "picture.png", pixels)).row.handedness == hand

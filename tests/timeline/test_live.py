@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import threading
 import time
+from collections.abc import Iterable
 from dataclasses import fields
 from pathlib import Path
 
@@ -116,7 +117,7 @@ class Replay:
     def __init__(self, rig: Rig) -> None:
         self.results = results_of(self.series)
 
-    def prime(self, pictures: list[np.ndarray]) -> None:
+    def prime(self, pictures: list[np.ndarray], turns: Iterable[float] = ()) -> None:
         assert pictures
 
     def measure(self, frame: Frame, turns: float) -> FrameResult:
@@ -170,7 +171,7 @@ class Pupil:
         Pupil.made += 1
         self.best = 0.0
 
-    def prime(self, pictures: list[np.ndarray]) -> None:
+    def prime(self, pictures: list[np.ndarray], turns: Iterable[float] = ()) -> None:
         self.best = max(float(p.max()) for p in pictures)
 
     def measure(self, frame: Frame, turns: float) -> FrameResult:

@@ -11,12 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsvision.flags import Flag, flags_to_text
-from tsvision.measures.edges.cut import BURNT_OUT, Cut, cut_frame
+from tsvision.measures.edges.cut import BURNT_OUT, cut_frame
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.edges.find import find_edges
 from tsvision.measures.edges.unmatched import with_outline
 from tsvision.measures.ends.legs import apex_from_legs
-from tsvision.measures.handedness import handedness_of, slope_between
 from tsvision.measures.helix.bundle import BundleFit, is_aslant
 from tsvision.measures.helix.silhouette import KC, RHO, passing
 from tsvision.measures.helix.uncertainty import (
@@ -29,6 +28,7 @@ from tsvision.measures.helix.untwisted import is_leg, is_smooth
 from tsvision.measures.helix.weigh import unsure
 from tsvision.measures.light.blur import shading_of
 from tsvision.measures.looks import Looks
+from tsvision.measures.sense import NO_RIDGES, UNKNOWN, Ridges, Sense, sense_by_others, sense_of
 from tsvision.measures.zone.along import scale_along, scale_is_local
 from tsvision.measures.zone.budgets import add_budgets, connector_px
 from tsvision.measures.zone.doubts import (
@@ -44,8 +44,6 @@ from tsvision.measures.zone.width import width_between_knots, width_sd_px
 from tsvision.records import Frame, FrameResult, FrameRow
 
 NAN = float("nan")
-PLAIN_SLOPE = 0.2  # of the ridges: that frame's own sense; strands seldom show less
-SURE_OF_SENSE = 0.7  # confidence below which none is told
 NO_WIDTH = 0.25  # of D: what is less sure than that is no measurement of it
 NO_TWIST = 0.5  # of the pitch: strands that may as well not turn at all have none
 LEGS_TURNS = 0.25  # turns that the legs hold between holes and apex: below, nothing is twisted
@@ -57,7 +55,7 @@ class Warm:
 
     near: BundleFit | None = None
     mid: BundleFit | None = None
-    slope_sum: float = 0.0
+    ridges: Ridges = NO_RIDGES
 
 
 def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple[FrameResult, Warm]:
@@ -72,7 +70,8 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
     # Before the legs have met in view there is nothing on the axis but ground.
     if cut is None or cut.silhouette.bundle.sum() < 1.5 * looks.diameter_px:
         few = np.isfinite(turns) and abs(turns) < 3
-        return _failed(row, Flag.TOO_FEW_TURNS if few else Flag.NO_BUNDLE), warm
+        sense = UNKNOWN if cut is None else sense_by_others(looks, turns, warm.ridges)
+        return _failed(row, Flag.TOO_FEW_TURNS if few else Flag.NO_BUNDLE, sense), warm
     if cut.saturated > BURNT_OUT:
         flags |= Flag.OVEREXPOSED
     if cut.silhouette.cut.any():
@@ -87,15 +86,17 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         edges = within_zone(found, cut, looks)
         near, mid = fit_bundle(edges, looks, turns, apex_px, near, mid)
         row = replace(row, blur_px=looks.shading[0].blur_px)
-    if near is not None and is_aslant(near.fit):
-        return _failed(row, Flag.NO_BUNDLE), warm
-    if near is not None and is_smooth(edges, near):
-        if is_leg(edges, near, looks.possible_px[0]):
-            return _failed(row, Flag.NO_BUNDLE), warm
+    smooth = near is not None and is_smooth(edges, near)
+    if near is not None and (
+        is_aslant(near.fit) or (smooth and is_leg(edges, near, looks.possible_px[0]))
+    ):
+        sense = sense_by_others(looks, turns, warm.ridges)
+        return _failed(row, Flag.NO_BUNDLE, sense), warm
+    if smooth:
         near, mid, flags = None, None, flags | Flag.TOO_FEW_TURNS
     row, flags = _bundle_values(row, flags, near, mid, edges, looks)
-    (sense, sure), warm_slope = _handedness(cut, edges, looks, warm)
-    if not sense:
+    sense, ridges = sense_of(cut, edges, looks, turns, warm.ridges)
+    if not sense.handedness:
         flags |= Flag.NO_HANDEDNESS
     outer = within_zone(with_outline(found, cut), cut, looks)
     outlined = add_outline(row, outer, looks, near, mid, apex_px)
@@ -119,12 +120,12 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         flags |= Flag.CLIPPED
     row = replace(
         row,
-        handedness=sense,
-        handedness_confidence=sure,
+        handedness=sense.handedness,
+        handedness_confidence=sense.confidence,
         flags=flags_to_text(flags | _not_known(looks, turns)),
     )
     return FrameResult(row, outlined.profile, outlined.knots, outlined.lobes), Warm(
-        near or warm.near, mid or warm.mid, warm_slope
+        near or warm.near, mid or warm.mid, ridges
     )
 
 
@@ -179,8 +180,15 @@ def _gap_mm(looks: Looks) -> tuple[float, float]:
     return gap_mm, gap_mm * float(relative)
 
 
-def _failed(row: FrameRow, flag: Flag) -> FrameResult:
-    return FrameResult(replace(row, flags=flags_to_text(flag)))
+def _failed(row: FrameRow, flag: Flag, sense: Sense = UNKNOWN) -> FrameResult:
+    return FrameResult(
+        replace(
+            row,
+            handedness=sense.handedness,
+            handedness_confidence=sense.confidence,
+            flags=flags_to_text(flag),
+        )
+    )
 
 
 def _bundle_values(
@@ -283,19 +291,3 @@ def _strand_repeat(fit) -> float:
     """Distance along the axis between neighbouring outer strands where they cross it, px."""
     outer = int((fit.section.radius_d > fit.section.radius_d.max() - 1e-6).sum())
     return float(2 * np.pi / passing(fit.p) / max(outer, 1))
-
-
-def _handedness(
-    cut: Cut, edges: Edges, looks: Looks, warm: Warm
-) -> tuple[tuple[str, float], float]:
-    slope = slope_between(cut, edges, looks.diameter_px)
-    if not np.isfinite(slope):
-        return ("", NAN), warm.slope_sum
-    # One frame may be unsure; the sense of twist cannot change between frames of one recording.
-    so_far = warm.slope_sum + slope
-    pooled = looks.slope_sum + so_far
-    decided = slope if abs(slope) > PLAIN_SLOPE or abs(pooled) < abs(slope) else pooled
-    sure = float(1.0 - 0.5 * np.exp(-abs(pooled) / 0.05))
-    if abs(decided) < 0.01 or sure < SURE_OF_SENSE:
-        return ("", sure), so_far
-    return (handedness_of(decided), sure), so_far

@@ -55,8 +55,9 @@ class Looks:
     much either counts in a fit; steady: whether all frames are equally sharp; diameter_px as
     learnt; half_px rows of a strip; zero_px: s of the separator's face; zone_px: L;
     face: the same as the legs tell it, None where they do not; gap: S as they tell it;
-    slope_sum: of the ridges in the frames that were learnt from, which tells S from Z; possible_px:
-    least and largest width of a bundle of the stated strands.
+    slope_sum: of the ridges in the frames that were learnt from, which tells S from Z, and way: to
+    which side the motor had turned in these (-1 or 1; 0: not known); possible_px: least and largest
+    width of a bundle of the stated strands.
     """
 
     sight: Sight
@@ -78,6 +79,7 @@ class Looks:
     face: Face | None
     gap: Gap | None
     slope_sum: float = 0.0
+    way: int = 0
     possible_px: tuple[float, float] = (0.0, float("inf"))
 
 

@@ -7,7 +7,7 @@ before.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from tsvision.measures.frame import LEGS_TURNS, Warm, measure_frame
 from tsvision.measures.late import by_twist, shown_late
 from tsvision.measures.looks import Looks, learn_looks, pick_samples
 from tsvision.measures.scale import resolve_scale
+from tsvision.measures.sense import way_of
 from tsvision.records import Frame, FrameResult, FrameRow, Recording, Rig
 
 
@@ -47,9 +48,9 @@ class Measurer:
         self.gamma_guessed = False
         self.warm = Warm()
 
-    def prime(self, pictures: list[np.ndarray]) -> None:
+    def prime(self, pictures: list[np.ndarray], turns: Iterable[float] = ()) -> None:
         """Learn from pictures of one size, the most twisted last; the looks stay None when none
-        shows a bundle."""
+        shows a bundle. turns: all that these were chosen from."""
         if not pictures:
             return
         self.shape = pictures[0].shape[:2]
@@ -66,6 +67,10 @@ class Measurer:
             self.looks = explained(alike[0], self.rig, scale, self.looks)
             if self.looks is not None:
                 self.bowed = None
+        ways = {way_of(t) for t in turns if abs(t) >= LEGS_TURNS}
+        self.looks = _wound(self.looks, ways)
+        if self.bowed is not None:
+            self.bowed = replace(self.bowed, looks=_wound(self.bowed.looks, ways))
 
     @property
     def needs_colour(self) -> bool:
@@ -111,7 +116,7 @@ def measure_frames(
 ) -> Iterator[FrameResult]:
     """One FrameResult a frame, in order; `start`/`stop` cut a chunk (looks: whole recording)."""
     measurer = Measurer(recording.rig, settings)
-    measurer.prime(sample_pictures(recording, settings.sampled_frames))
+    measurer.prime(sample_pictures(recording, settings.sampled_frames), recording.turns)
     for frame in iter_frames(recording, start, stop, color=measurer.needs_colour):
         i = frame.index
         result = measurer.measure(frame, float(recording.turns[i]))
@@ -123,6 +128,17 @@ def measure_frames(
             cycle=float(recording.cycle[i]),
         )
         yield replace(result, row=row)
+
+
+def _wound(looks: Looks | None, ways: set[int]) -> Looks | None:
+    """The looks with the one way that the motor had turned, where it is known; where it had turned
+    both ways the frames together show no one sense."""
+    if looks is None or not ways:
+        return looks
+    if len(ways) > 1:
+        return replace(looks, slope_sum=0.0)
+    (way,) = ways
+    return replace(looks, way=way)
 
 
 def sample_pictures(recording: Recording, most: int) -> list[np.ndarray]:

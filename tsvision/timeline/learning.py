@@ -10,7 +10,7 @@ the camera is bumped, learning starts over.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Protocol
 
@@ -30,7 +30,7 @@ ENOUGH = 24  # pictures after which the looks stand, twist or not
 class Primable(Protocol):
     """A measurer that learns its looks from pictures."""
 
-    def prime(self, pictures: list[np.ndarray]) -> None: ...
+    def prime(self, pictures: list[np.ndarray], turns: Iterable[float] = ()) -> None: ...
 
     def measure(self, frame: Frame, turns: float) -> FrameResult: ...
 
@@ -78,7 +78,7 @@ class Learner:
         self._to_review = False
         kept, self._kept = self._kept, []
         self._measurer = self._make()
-        self._measurer.prime([f.pixels for f, _ in kept if f.pixels is not None])
+        self._prime(kept)
         return [self._measurer.measure(frame, turns) for frame, turns in kept]
 
     def _camera_moved(self, frame: Frame) -> bool:
@@ -99,7 +99,11 @@ class Learner:
         self._last_turns = turns
         if self._collected in LEARN_AT or self._collected % 8 == 0:
             self._measurer = self._make()
-            self._measurer.prime([f.pixels for f, _ in self._kept if f.pixels is not None])
+            self._prime(self._kept)
+
+    def _prime(self, kept: list[tuple[Frame, float]]) -> None:
+        pictures = [f.pixels for f, _ in kept if f.pixels is not None]
+        self._measurer.prime(pictures, [turns for _, turns in kept])
 
 
 def _flagged(result: FrameResult) -> FrameResult:
