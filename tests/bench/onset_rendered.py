@@ -34,8 +34,8 @@ def fingerprint() -> str:
     digest = hashlib.sha256()
     root = Path(tsvision.__file__).parent
     for package in READING:
-        for path in sorted((root / package).glob("*.py")):
-            digest.update(path.name.encode() + path.read_bytes())
+        for path in sorted((root / package).rglob("*.py")):
+            digest.update(str(path.relative_to(root)).encode() + path.read_bytes())
     return digest.hexdigest()[:12]
 
 
