@@ -86,12 +86,13 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         edges = within_zone(found, cut, looks)
         near, mid = fit_bundle(edges, looks, turns, apex_px, near, mid)
         row = replace(row, blur_px=looks.shading[0].blur_px)
-    smooth = near is not None and is_smooth(edges, near)
-    if near is not None and (
-        is_aslant(near.fit) or (smooth and is_leg(edges, near, looks.possible_px[0]))
-    ):
-        sense = sense_by_others(looks, turns, warm.ridges)
-        return _failed(row, Flag.NO_BUNDLE, sense), warm
+    smooth = False
+    if near is not None:
+        aslant = is_aslant(near.fit)
+        smooth = not aslant and is_smooth(edges, near)
+        if aslant or (smooth and is_leg(edges, near, looks.possible_px[0])):
+            sense = sense_by_others(looks, turns, warm.ridges)
+            return _failed(row, Flag.NO_BUNDLE, sense), warm
     if smooth:
         near, mid, flags = None, None, flags | Flag.TOO_FEW_TURNS
     row, flags = _bundle_values(row, flags, near, mid, edges, looks)

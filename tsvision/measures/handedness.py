@@ -10,11 +10,8 @@ from tsvision.measures.edges.cut import Cut
 from tsvision.measures.edges.edges import Edges
 
 SOME = 3  # columns apart that tell typical light and shading
-SMOOTH, SMOOTH_ACROSS, LEAST_SMOOTH_PX = (
-    0.6,
-    0.15,
-    0.8,
-)  # along and across ridges, of the half width
+# Smoothed so far along ridges and across them, of the half width, and by so much at least.
+ALONG, ACROSS, LEAST_SMOOTH_PX = 0.6, 0.15, 0.8
 PAIRED_FROM_PX = 4.0  # of smoothing along: pairs of columns tell as much as each
 
 
@@ -41,9 +38,7 @@ def _products(
 ) -> tuple[float, float]:
     """sum(gx gy) and the sum of both squares of one channel (R, M)."""
     reach = max(int(half_width_px), 2)
-    along_px, across_px = (
-        max(share * half_width_px, LEAST_SMOOTH_PX) for share in (SMOOTH, SMOOTH_ACROSS)
-    )
+    along_px, across_px = (max(share * half_width_px, LEAST_SMOOTH_PX) for share in (ALONG, ACROSS))
     step = 2 if along_px > PAIRED_FROM_PX and light.shape[1] > 2 else 1
     count = light.shape[1] // step
     middle = centre_row[: count * step].reshape(count, step).mean(axis=1)

@@ -18,7 +18,7 @@ from tsvision.measures.looks import Looks
 
 PLAIN_SLOPE = 0.2  # of the ridges: that frame's own sense; strands seldom show less
 FAINT_SLOPE = 0.01  # of the ridges: no sense at all
-SURE_SUM = 0.05  # of slopes that lie as they do by chance less than once in three times
+SURE_SUM = 0.05  # of slopes, by which what is left of doubt falls to 1/e
 SURE_OF_SENSE = 0.7  # confidence below which none is told
 SURE_OF_OTHERS = 0.95  # ... and below which none is told of a frame that shows none itself
 TWISTED_TURNS = 1.0  # of the motor, from which on strands that are not in view have a sense
@@ -60,7 +60,7 @@ def sense_of(
     if not np.isfinite(slope):
         return sense_by_others(looks, turns, before), before
     so_far = Ridges(_same_way(before, turns) + slope, way_of(turns))
-    pooled = _learnt(looks, turns) + so_far.slope_sum
+    pooled = _same_way(looks, turns) + so_far.slope_sum
     decided = slope if abs(slope) > PLAIN_SLOPE or abs(pooled) < abs(slope) else pooled
     sure = _confidence(pooled)
     told = abs(decided) >= FAINT_SLOPE and sure >= SURE_OF_SENSE
@@ -69,7 +69,7 @@ def sense_of(
 
 def sense_by_others(looks: Looks, turns: float, before: Ridges) -> Sense:
     """Of a frame that shows no bundle of its own, by the others that are turned the same way."""
-    pooled = _learnt(looks, turns) + _same_way(before, turns)
+    pooled = _same_way(looks, turns) + _same_way(before, turns)
     sure = _confidence(pooled)
     if not abs(turns) >= TWISTED_TURNS or sure < SURE_OF_OTHERS:
         return UNKNOWN
@@ -80,11 +80,7 @@ def _confidence(slope_sum: float) -> float:
     return float(1.0 - 0.5 * np.exp(-abs(slope_sum) / SURE_SUM))
 
 
-def _learnt(looks: Looks, turns: float) -> float:
-    """Sum of the slopes in the frames learnt from; 0 where those were turned to the other side."""
-    return looks.slope_sum if looks.way * way_of(turns) >= 0 else 0.0
-
-
-def _same_way(before: Ridges, turns: float) -> float:
-    """Sum of the slopes seen before, as far as that is still the same twist."""
-    return before.slope_sum if before.way * way_of(turns) >= 0 else 0.0
+def _same_way(seen: Looks | Ridges, turns: float) -> float:
+    """Sum of the slopes in frames seen, as far as they are of the twist at these turns: 0 where the
+    motor had turned to the other side."""
+    return seen.slope_sum if seen.way * way_of(turns) >= 0 else 0.0

@@ -155,10 +155,8 @@ def _is_an_end(outline: Outline, low_px: float, high_px: float) -> bool:
 
 def _one_sided(outline: Outline, knot: KnotSighting) -> bool:
     """Whether the strings reach out on one side of the axis only, where both sides are seen."""
-    low_px, high_px = knot.ends_mm
-    beside, enough = BESIDE_D * outline.diameter_px, ALONG_D * outline.diameter_px
-    s_px, far = outline.edges.s_px, OTHER_SIDE * 0.5 * knot.max_diameter_mm
-    here = outline.known & (s_px >= low_px - beside) & (s_px <= high_px + beside)
+    enough, far = ALONG_D * outline.diameter_px, OTHER_SIDE * 0.5 * knot.max_diameter_mm
+    here = _about(outline, knot)
     sides = [np.abs(edge[here & (edge != 0.0)]) for edge in (outline.upper_px, outline.lower_px)]
     seen = all(side.size >= outline.diameter_px for side in sides)
     return seen and any((side >= far).sum() < enough for side in sides)
@@ -172,10 +170,15 @@ def _in_the_dark_alone(outline: Outline, knot: KnotSighting) -> bool:
     edge = outline.upper_px if upper > lower else outline.lower_px
     side_px = np.where(outline.known, np.abs(edge), np.nan)
     closed_px = closed_over(side_px, outline.tight_over_px)
-    low_px, high_px = knot.ends_mm
-    beside, s_px = BESIDE_D * outline.diameter_px, outline.edges.s_px
-    here = outline.known & (s_px >= low_px - beside) & (s_px <= high_px + beside)
-    return bool(np.nanmax(closed_px[here], initial=0.0) < IN_LIGHT * baseline_px(closed_px))
+    top_px = np.nanmax(closed_px[_about(outline, knot)], initial=0.0)
+    return bool(top_px < IN_LIGHT * baseline_px(closed_px))
+
+
+def _about(outline: Outline, knot: KnotSighting) -> np.ndarray:
+    """Known columns (M,) in a knot and a little beside it."""
+    (low_px, high_px), beside = knot.ends_mm, BESIDE_D * outline.diameter_px
+    s_px = outline.edges.s_px
+    return outline.known & (s_px >= low_px - beside) & (s_px <= high_px + beside)
 
 
 def _parts(
