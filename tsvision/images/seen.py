@@ -24,6 +24,9 @@ HUE_APART, FAR_APART = 1.5, 3.0
 # Of a shadow's depth, at most, that a hue may show still which does not tell strings by far: it may
 # be that of one of several colours, and the shadow be the others.
 SHALLOWER = 0.75
+# An uneven ground hides a shadow in what one hue shows. Another may show strings from that part of
+# the contrast on, and stand out by that part of the separation.
+CLEARER, AS_WELL = 0.5, 0.8
 FADED = 1.5  # times as wide by a hue as by brightness, from which lit limbs are as bright as ground
 
 
@@ -44,12 +47,14 @@ def seen_in(strips: list[Strip], width: float, rough: bool, between: bool = Fals
     beside them yet; between: whether it may run between legs most of the way."""
     signal, separation = find_signal(strips, 0.5 * width, between)
     first = Seen(signal, separation, *masks_of(strips, signal, width, rough, between))
-    if not _may_be_shadowed(first):
+    if not (_may_be_shadowed(first) or first.signal.way is Way.HUE):
         return first
     hue, apart = find_hue(strips, 0.5 * width, between)
     if apart <= _least_apart(first):
         return first
     by_hue = Seen(hue, apart, *masks_of(strips, hue, width, rough, between))
+    if not (_may_be_shadowed(first) or is_clearer(by_hue, first)):
+        return first
     return by_hue if _shows_more(by_hue, first, width, between) else first
 
 
@@ -59,6 +64,16 @@ def _may_be_shadowed(seen: Seen) -> bool:
     if seen.signal.way is Way.ACROSS:
         return False
     return seen.signal.by_distance or seen.shadow.deep > DEEP_SHADOW
+
+
+def is_clearer(by_hue: Seen, first: Seen) -> bool:
+    """Whether the ground is much more even by one hue than by another, which tells strings no
+    better to speak of."""
+    return (
+        first.signal.way is Way.HUE
+        and by_hue.shadow.level <= CLEARER * first.shadow.level
+        and by_hue.separation >= AS_WELL * first.separation
+    )
 
 
 def _least_apart(first: Seen) -> float:
