@@ -1,0 +1,37 @@
+"""Which of two hues shows strings beside their own shadow."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tsvision.images.linear import LUMA_BGR
+from tsvision.images.seen import Seen, is_clearer
+from tsvision.images.shadow import Shadow
+from tsvision.images.signal import LUMA, Signal, summed
+
+SHARPEST = np.array([-0.34, -0.30, 0.36], np.float32)
+OF_NO_SHADOW = np.array([-0.34, -0.17, 0.49], np.float32)
+
+
+def seen(signal: Signal, separation: float, level: float) -> Seen:
+    """Strings told from their ground by so many sd, from so much contrast on."""
+    return Seen(signal, separation, [], Shadow(level, level, 0.0, level))
+
+
+@pytest.mark.parametrize(
+    ("separation", "level", "clearer"),
+    [(6.0, 0.09, True), (6.0, 0.2, False), (3.5, 0.09, False)],
+)
+def test_an_uneven_ground_hides_a_shadow(separation: float, level: float, clearer: bool) -> None:
+    """Red strings that touch their shadow on blotchy green, told by 7 sd: what the ground varies by
+    was as much as its shadow, the lower edge was the shadow's, coils came out 60 % long. A hue that
+    shadows do not change is taken if it shows much more of the strings and tells them as well."""
+    first = seen(summed(SHARPEST), 7.0, 0.29)
+    assert is_clearer(seen(summed(OF_NO_SHADOW), separation, level), first) is clearer
+
+
+def test_brightness_is_not_left_for_a_hue_that_is_clearer() -> None:
+    """Files store it at twice the resolution."""
+    assert summed(LUMA_BGR) is LUMA
+    assert not is_clearer(seen(summed(OF_NO_SHADOW), 6.0, 0.09), seen(LUMA, 7.0, 0.29))
