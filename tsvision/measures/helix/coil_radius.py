@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numba
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
@@ -20,7 +21,7 @@ from tsvision.measures.edges.edges import Edges
 from tsvision.measures.helix.bundle import BundleFit
 from tsvision.measures.helix.fit import HelixFit
 from tsvision.measures.helix.silhouette import KC, RC, SLOPE, Y0, K
-from tsvision.measures.numeric.smoothing import bridged, smoothed
+from tsvision.measures.numeric.smoothing import bridged, convolved, smoothed, taps
 
 LONGEST_COIL = 10.0  # D: what is slower is no coil
 A_COIL = 16  # places told apart
@@ -35,6 +36,7 @@ COILS = 10  # drawn of a fit
 # Of the strands' repeat, by which they move on from coil to coil: ten coils show ten phases.
 MOVES_ON = np.array([-0.1, 0.1, 0.3, 0.7, 0.9, 1.1])
 LEAST, MOST = 5.0, 95.0  # per cent of what is drawn
+RIDGE = 1e-4  # of full weight, where nothing is seen
 HELD = 0.5  # D from legs and connector, which hold the axis, that it takes to coil
 
 
@@ -116,12 +118,32 @@ def _swings(
 def _about_each(basis: np.ndarray, values: np.ndarray, weight: np.ndarray, sd: float) -> np.ndarray:
     """Coefficients (K, B) of the basis (B, K) that fit values (K,) best about each place, with
     weights that fall off as a Gaussian of `sd` places."""
-    size = len(basis)
-    normal = np.empty((values.size, size, size))
-    along = np.empty((values.size, size))
+    return np.asarray(_solved(basis, values, weight, taps(sd)))
+
+
+@numba.njit(cache=True)
+def _solved(basis, values, weight, half):  # pragma: no cover - compiled
+    """`_about_each`, the Gaussian told by one half of it."""
+    size, count = basis.shape
+    normal, along = np.empty((count, size, size)), np.empty((count, size))
     for i in range(size):
-        along[:, i] = smoothed(weight * basis[i] * values, sd)
+        weighted = weight * basis[i]
+        along[:, i] = convolved(weighted * values, half, True)
         for j in range(i + 1):
-            normal[:, i, j] = normal[:, j, i] = smoothed(weight * basis[i] * basis[j], sd)
-    normal += 1e-4 * np.eye(size)
-    return np.asarray(np.linalg.solve(normal, along[..., None])[..., 0])
+            summed = convolved(weighted * basis[j], half, True)
+            normal[:, i, j] = summed
+            normal[:, j, i] = summed
+    for i in range(size):
+        normal[:, i, i] += RIDGE
+    # Eliminated at all places at a time: systems of two or three cost LAPACK more to call.
+    for i in range(size):
+        for j in range(i + 1, size):
+            part = normal[:, j, i] / normal[:, i, i]
+            for k in range(i + 1, size):
+                normal[:, j, k] -= part * normal[:, i, k]
+            along[:, j] -= part * along[:, i]
+    for i in range(size - 1, -1, -1):
+        for j in range(i + 1, size):
+            along[:, i] -= normal[:, i, j] * along[:, j]
+        along[:, i] /= normal[:, i, i]
+    return along

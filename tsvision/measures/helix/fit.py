@@ -16,6 +16,8 @@ from tsvision.measures.helix.silhouette import (
     KC,
     OPEN,
     PARAMETERS,
+    PHI,
+    PHIC,
     RC,
     RHO,
     K,
@@ -24,6 +26,8 @@ from tsvision.measures.helix.silhouette import (
     model_edges,
     rounded_off,
     silhouette,
+    turned,
+    turning,
     twist,
 )
 from tsvision.measures.numeric.sums import summed
@@ -279,13 +283,20 @@ def _normal_equations(p, free, problem, normal, right):  # pragma: no cover - co
     silhouette(p, radius, angle, z0, count, upper, lower, at_u, at_l, step)
     # One row a parameter: sums over points are quick along rows.
     grads, residuals, counts = (
-        np.empty((PARAMETERS, 2 * count)),
+        np.empty((free.size, 2 * count)),
         np.empty(2 * count),
         np.empty(2 * count),
     )
     cost = 0.0
     total = 0.0
     used = 0
+    # Cosines and sines take most of the time: they are told once a px, and between by their series.
+    reach = int(p[0] * (2.0 + 2.0 * (1.0 + p[10]) * radius.max())) + 2
+    first = z0 - reach
+    cos_k, sin_k = turning(p[K], p[PHI], first, count + 2 * reach)
+    cos_c, sin_c = turning(p[KC] if p[RC] > 0.0 else 0.0, p[PHIC], first, count + 2 * reach)
+    cos_site, sin_site = np.cos(angle), np.sin(angle)
+    of_all = np.empty(PARAMETERS)
     for side in range(2):
         for c in range(count):
             weight = weights[side, c]
@@ -300,15 +311,27 @@ def _normal_equations(p, free, problem, normal, right):  # pragma: no cover - co
             z = at_u[c, 0] if side == 0 else at_l[c, 0]
             i = int(at_u[c, 1]) if side == 0 else int(at_l[c, 1])
             sense = 1.0 - 2.0 * side
-            gradient(c + z0, z, i, sense, p, radius, angle, grads[:, used])
+            j = min(max(int(z - first + 0.5), 0), cos_k.size - 1)
+            off = z - first - j
+            cp, sp = turned(p[K], off, cos_k[j], sin_k[j])
+            cp, sp = cp * cos_site[i] - sp * sin_site[i], sp * cos_site[i] + cp * sin_site[i]
+            ct, st = 1.0, 0.0
+            if p[RC] > 0.0:
+                ct, st = turned(p[KC], off, cos_c[j], sin_c[j])
+            gradient(c + z0, z, radius[i], sense, p, cp, sp, ct, st, of_all)
+            for a in range(free.size):
+                grads[a, used] = of_all[free[a]]
             residuals[used] = r
             counts[used] = weight * worth[side, c] / ((1.0 + t) * (1.0 + t))
             used += 1
+    counted = np.empty(used)
     for a in range(free.size):
-        of_a = grads[free[a]]
-        right[a] = _sum_of_products(counts, of_a, residuals, used)
+        of_a = grads[a]
+        for c in range(used):
+            counted[c] = counts[c] * of_a[c]
+        right[a] = _sum_of_products(counted, residuals, used)
         for b in range(a + 1):
-            normal[a, b] = normal[b, a] = _sum_of_products(counts, of_a, grads[free[b]], used)
+            normal[a, b] = normal[b, a] = _sum_of_products(counted, grads[b], used)
         off, px2 = p[free[a]] - hold.toward[free[a]], hold.px2[free[a]]
         right[a] -= px2 * off
         normal[a, a] += px2
@@ -317,17 +340,17 @@ def _normal_equations(p, free, problem, normal, right):  # pragma: no cover - co
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _sum_of_products(x, y, z, count):  # pragma: no cover - compiled
+def _sum_of_products(x, y, count):  # pragma: no cover - compiled
     """Four sums side by side: none waits for the one before, and their order is always the same."""
     first = second = third = fourth = 0.0
     whole = count - count % 4
     for i in range(0, whole, 4):
-        first += x[i] * y[i] * z[i]
-        second += x[i + 1] * y[i + 1] * z[i + 1]
-        third += x[i + 2] * y[i + 2] * z[i + 2]
-        fourth += x[i + 3] * y[i + 3] * z[i + 3]
+        first += x[i] * y[i]
+        second += x[i + 1] * y[i + 1]
+        third += x[i + 2] * y[i + 2]
+        fourth += x[i + 3] * y[i + 3]
     for i in range(whole, count):
-        first += x[i] * y[i] * z[i]
+        first += x[i] * y[i]
     return (first + second) + (third + fourth)
 
 

@@ -40,7 +40,7 @@ FREE = np.array([K, PHI, Y0, SLOPE, RC, KC, PHIC])  # strands are as thick every
 STEP, WINDOW = 0.5, 1.5  # of a coil: from place to place, and what is fitted about each
 SHORTEST = 2.5  # D, of what is fitted
 SEEN = 0.4  # of its columns, with both edges
-STEPS = 3  # of a descent, which begins close to where it ends, ...
+STEPS = 2  # of a descent, which begins close to where it ends, ...
 BEGUN_STEPS = 12  # ... and of the first
 SAMPLING_PX = 0.35  # along a strand
 # What a place may cost above the edges' noise: twice what the fit's own does, within these.

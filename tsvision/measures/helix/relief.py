@@ -55,22 +55,50 @@ def _explained(light: np.ndarray, front: _Front, rho_px: float, blur_px: float) 
     seen = np.isfinite(front.height)
     kernel = np.ones((2 * INNER_PX + 1, 2 * INNER_PX + 1), dtype=np.uint8)
     inner = cv2.erode(seen.astype(np.uint8), kernel).astype(bool)
-    values = light[inner].astype(float)
-    if values.size < LEAST_PX:
+    if np.count_nonzero(inner) < LEAST_PX:
         return 0.0
     facing = np.sqrt(np.clip(1.0 - front.across**2 - front.along**2, 0.0, 1.0)) * seen
     height = np.where(seen, front.height / rho_px, 0.0).astype(np.float32)
-    drawn = [
-        cv2.GaussianBlur(d, (0, 0), blur_px)[inner]
-        for d in (facing, front.across, front.along, height)
-    ]
-    z = np.broadcast_to(np.linspace(-1.0, 1.0, light.shape[1], dtype=np.float32), light.shape)
-    terms = np.stack([z[inner], *drawn], axis=1).astype(float)
-    terms -= terms.mean(axis=0)
-    values -= values.mean()
-    right = terms.T @ values
-    system = terms.T @ terms + 1e-9 * values.size * np.eye(right.size)
-    return float(right @ np.linalg.solve(system, right) / max(values @ values, 1e-30))
+    drawn = (
+        cv2.GaussianBlur(d, (0, 0), blur_px) for d in (facing, front.across, front.along, height)
+    )
+    return float(_share(light, inner, *drawn))
+
+
+@numba.njit(cache=True)
+def _share(light, inner, facing, across, along, height):  # pragma: no cover - compiled
+    """Of the variance of a light (R, M) where `inner`, what a linear fit of the drawn terms (R, M)
+    and of a slope along z explains."""
+    rows, columns = light.shape
+    term, total = np.empty(5), np.zeros(5)
+    system, right = np.zeros((5, 5)), np.zeros(5)
+    count, mean, square = 0, 0.0, 0.0
+    for r in range(rows):
+        for c in range(columns):
+            if inner[r, c]:
+                count += 1
+                mean += light[r, c]
+    mean /= count
+    for r in range(rows):
+        for c in range(columns):
+            if not inner[r, c]:
+                continue
+            v = light[r, c] - mean
+            term[0] = 2.0 * c / (columns - 1) - 1.0
+            term[1], term[2] = facing[r, c], across[r, c]
+            term[3], term[4] = along[r, c], height[r, c]
+            for m in range(5):
+                total[m] += term[m]
+                right[m] += term[m] * v
+                for n in range(m + 1):
+                    system[m, n] += term[m] * term[n]
+            square += v * v
+    for m in range(5):
+        for n in range(m + 1):
+            system[m, n] -= total[m] * total[n] / count
+            system[n, m] = system[m, n]
+        system[m, m] += 1e-9 * count
+    return (np.linalg.solve(system, right) * right).sum() / max(square, 1e-30)
 
 
 def scan_relief(

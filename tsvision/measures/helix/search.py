@@ -140,21 +140,39 @@ def _coils_at(edges: Edges, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     line's variance about a straight one each explains (K,). Weighted least squares."""
     centre, w = _centre(edges)
     z = edges.s_px - 0.5 * (edges.s_px[0] + edges.s_px[-1])
-    straight = np.linalg.qr(np.stack([w, z * w], axis=1))[0]
-    rest = centre * w
-    rest = rest - straight @ (straight.T @ rest)
-    waves = np.stack([np.cos(np.outer(rates, z)), np.sin(np.outer(rates, z))], axis=1) * w
-    waves = waves - (waves @ straight) @ straight.T
-    normal = waves @ waves.transpose(0, 2, 1)
-    least = 1e-9 * np.trace(normal, axis1=1, axis2=2) + 1e-12  # where no column shows both edges
-    normal += least[:, None, None] * np.eye(2)
-    along = waves @ rest
-    c = np.linalg.solve(normal, along[..., None])[..., 0]
-    before = float(rest @ rest)
+    waves, explained = _waves_at(z, centre, w, rates)
     p = np.zeros((rates.size, PARAMETERS))
-    p[:, RC], p[:, KC] = np.hypot(c[:, 0], c[:, 1]), rates
-    p[:, PHIC] = np.arctan2(-c[:, 1], c[:, 0])
-    return p, (c * along).sum(axis=1) / max(before, 1e-12)
+    p[:, RC], p[:, KC] = np.hypot(*waves.T), rates
+    p[:, PHIC] = np.arctan2(-waves[:, 1], waves[:, 0])
+    return p, explained
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _waves_at(z, line, weight, rates):  # pragma: no cover - compiled
+    """Cosine's and sine's part (K, 2) in a line (M,) about the straight one, at each of `rates`
+    (K,), and the share of its variance that both explain (K,)."""
+    count = z.size
+    level, slope = np.ones(count) * weight, z * weight
+    level /= max(np.sqrt((level * level).sum()), 1e-12)
+    slope = slope - (slope * level).sum() * level
+    slope /= max(np.sqrt((slope * slope).sum()), 1e-12)
+    rest = line * weight
+    rest = rest - (rest * level).sum() * level
+    rest = rest - (rest * slope).sum() * slope
+    before = max((rest * rest).sum(), 1e-12)
+    parts, explained = np.empty((rates.size, 2)), np.empty(rates.size)
+    for k in range(rates.size):
+        cosine, sine = np.cos(rates[k] * z) * weight, np.sin(rates[k] * z) * weight
+        cosine = cosine - (cosine * level).sum() * level - (cosine * slope).sum() * slope
+        sine = sine - (sine * level).sum() * level - (sine * slope).sum() * slope
+        cc, cs, ss = (cosine * cosine).sum(), (cosine * sine).sum(), (sine * sine).sum()
+        least = 1e-9 * (cc + ss) + 1e-12  # where no column shows both edges
+        cc, ss = cc + least, ss + least
+        c, s = (cosine * rest).sum(), (sine * rest).sum()
+        whole = cc * ss - cs * cs
+        parts[k, 0], parts[k, 1] = (ss * c - cs * s) / whole, (cc * s - cs * c) / whole
+        explained[k] = (parts[k, 0] * c + parts[k, 1] * s) / before
+    return parts, explained
 
 
 def spectrum_peaks(

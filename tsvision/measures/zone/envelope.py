@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
+from scipy.fft import next_fast_len, rfft, rfftfreq
 
 from tsvision.images.percentiles import median, percentile
 from tsvision.measures.numeric.closing import closed, median_of_five, median_of_three, opened
@@ -143,8 +144,9 @@ def middle_swing(
     amplitude = float(np.sqrt(2.0) * median(np.abs(swing)))
     if amplitude < 0.03 * diameter_px:
         return amplitude, float("nan")
-    power = np.abs(np.fft.rfft(swing * np.hanning(swing.size), 4 * swing.size)) ** 2
-    rate = np.fft.rfftfreq(4 * swing.size)
+    size = next_fast_len(4 * swing.size, real=True)
+    power = np.abs(rfft(swing * np.hanning(swing.size), size)) ** 2
+    rate = rfftfreq(size)
     power[(rate * diameter_px < 1.0 / SLOWEST) | (rate * diameter_px > 1.0 / FASTEST)] = 0.0
     return amplitude, float(1.0 / rate[int(np.argmax(power))]) if power.any() else float("nan")
 
