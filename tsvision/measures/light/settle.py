@@ -103,7 +103,9 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
         grown_px = _grown_px(each_px, shown)
         level_px = np.array(list(each_px.values())) - grown_px
         off_px = width_px - float(np.median(level_px))
-        look = replace(look, apart_px=float(np.std(level_px)))
+        # Of few frames the spread about their own mean is too small by what that mean took up.
+        few = int(level_px.size > 1)
+        look = replace(look, apart_px=float(np.std(level_px, ddof=few)))
         # What the light is not sure of stays where it is.
         if abs(off_px) < (SETTLED_PX if sent else max(SETTLED_PX, light_px)):
             break
@@ -117,11 +119,12 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
 
 def _grown_px(each_px: dict[int, float], shown: frozenset[int]) -> np.ndarray:
     """By how much (K,) bundles are thicker in each frame, in order of their turns, than in those
-    shown, as they steadily grow: the median of what they do from any frame to any other."""
+    shown, as they steadily grow: the median of what they do from any frame to any other. Where they
+    seem to shrink it is the light on ever steeper strands that makes them do so."""
     at, px = np.arange(len(each_px)), np.array(list(each_px.values()))
     if at.size <= GROWS_FROM:
         return np.zeros(at.size)
     first, last = np.triu_indices(at.size, 1)
-    growth_px = float(np.median((px[last] - px[first]) / (at[last] - at[first])))
+    growth_px = max(float(np.median((px[last] - px[first]) / (at[last] - at[first]))), 0.0)
     told = np.array([cut in shown for cut in each_px])
     return growth_px * (at - np.mean(at[told] if told.any() else at))
