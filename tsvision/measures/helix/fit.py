@@ -26,7 +26,7 @@ from tsvision.measures.helix.silhouette import (
     model_edges,
     rounded_off,
     silhouette,
-    turned,
+    turned_on,
     turning,
     twist,
 )
@@ -293,8 +293,8 @@ def _normal_equations(p, free, problem, normal, right):  # pragma: no cover - co
     # Cosines and sines take most of the time: they are told once a px, and between by their series.
     reach = int(p[0] * (2.0 + 2.0 * (1.0 + p[10]) * radius.max())) + 2
     first = z0 - reach
-    cos_k, sin_k = turning(p[K], p[PHI], first, count + 2 * reach)
-    cos_c, sin_c = turning(p[KC] if p[RC] > 0.0 else 0.0, p[PHIC], first, count + 2 * reach)
+    cos_psi, sin_psi = turning(p[K], p[PHI], first, count + 2 * reach)
+    cos_theta, sin_theta = turning(p[KC] if p[RC] > 0.0 else 0.0, p[PHIC], first, count + 2 * reach)
     cos_site, sin_site = np.cos(angle), np.sin(angle)
     of_all = np.empty(PARAMETERS)
     for side in range(2):
@@ -311,13 +311,13 @@ def _normal_equations(p, free, problem, normal, right):  # pragma: no cover - co
             z = at_u[c, 0] if side == 0 else at_l[c, 0]
             i = int(at_u[c, 1]) if side == 0 else int(at_l[c, 1])
             sense = 1.0 - 2.0 * side
-            j = min(max(int(z - first + 0.5), 0), cos_k.size - 1)
+            j = min(max(int(z - first + 0.5), 0), cos_psi.size - 1)
             off = z - first - j
-            cp, sp = turned(p[K], off, cos_k[j], sin_k[j])
+            cp, sp = turned_on(p[K], off, cos_psi[j], sin_psi[j])
             cp, sp = cp * cos_site[i] - sp * sin_site[i], sp * cos_site[i] + cp * sin_site[i]
             ct, st = 1.0, 0.0
             if p[RC] > 0.0:
-                ct, st = turned(p[KC], off, cos_c[j], sin_c[j])
+                ct, st = turned_on(p[KC], off, cos_theta[j], sin_theta[j])
             gradient(c + z0, z, radius[i], sense, p, cp, sp, ct, st, of_all)
             for a in range(free.size):
                 grads[a, used] = of_all[free[a]]

@@ -108,17 +108,17 @@ def climb(p):  # pragma: no cover - compiled
 
 
 @numba.njit(cache=True, inline="always")
-def _point(z, a, p, cos_c, sin_c, cp, sp, ct, st):  # pragma: no cover - compiled
+def _point(z, a, p, cos_climb, sin_climb, cp, sp, ct, st):  # pragma: no cover - compiled
     """Projected strand centre (s, y) and its derivative along z; cosines and sines of the angle at
     which the centre line climbs, and of the strand's angle psi and the coil's theta there."""
     if p[5] <= 0.0:
         return z - p[9] * a * sp, -a * cp, 1.0 - p[9] * a * cp * p[1], p[1] * (a * sp)
     across, aside = a * cp, a * sp
-    depth = p[5] * st - across * st - aside * ct * cos_c
-    s = z + aside * sin_c + p[9] * depth
-    y = p[5] * ct - across * ct + aside * st * cos_c
-    y_psi = aside * ct + across * st * cos_c
-    s_psi = across * sin_c + p[9] * (aside * st - across * ct * cos_c)
+    depth = p[5] * st - across * st - aside * ct * cos_climb
+    s = z + aside * sin_climb + p[9] * depth
+    y = p[5] * ct - across * ct + aside * st * cos_climb
+    y_psi = aside * ct + across * st * cos_climb
+    s_psi = across * sin_climb + p[9] * (aside * st - across * ct * cos_climb)
     # Turned about the axis by a right angle, depth becomes height: each is the other's derivative.
     return s, y, 1.0 + p[1] * s_psi + p[6] * p[9] * y, p[1] * y_psi - p[6] * depth
 
@@ -136,7 +136,7 @@ def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at
         reach = max(reach, rho + apart * site_radius[i] + 2.0 * step)
     samples = int((count + 2.0 * reach) / step) + 2
     first = z0 - reach
-    cos_c, sin_c = climb(p)
+    cos_climb, sin_climb = climb(p)
     theta = p[6] * first + p[7] if p[5] > 0.0 else 0.0
     turn = p[6] * step if p[5] > 0.0 else 0.0
     # One step turns both angles by the same: products instead of four cosines and sines a sample.
@@ -153,7 +153,7 @@ def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at
         psi = p[1] * first + p[2] + site_angle[i]
         cp, sp, ct, st = np.cos(psi), np.sin(psi), np.cos(theta), np.sin(theta)
         for j in range(samples):
-            s, y, ds, dy = _point(first + j * step, a, p, cos_c, sin_c, cp, sp, ct, st)
+            s, y, ds, dy = _point(first + j * step, a, p, cos_climb, sin_climb, cp, sp, ct, st)
             cp, sp = cp * cos_k - sp * sin_k, sp * cos_k + cp * sin_k
             ct, st = ct * cos_t - st * sin_t, st * cos_t + ct * sin_t
             out = rho / (np.sqrt(ds * ds + dy * dy) + 1e-12)
@@ -217,21 +217,21 @@ def gradient(x, z, radius_d, sense, p, cp, sp, ct, st, out):  # pragma: no cover
         out[9] = -sense * u / root * (a * sp)
         out[10] = -closed * cp
         return
-    cos_c, sin_c = climb(p)
+    cos_climb, sin_climb = climb(p)
     kappa = p[5] * p[6]
     across, aside = a * cp, a * sp
-    depth = p[5] * st - across * st - aside * ct * cos_c
-    height = p[5] * ct - across * ct + aside * st * cos_c
-    s = z + aside * sin_c + p[9] * depth
+    depth = p[5] * st - across * st - aside * ct * cos_climb
+    height = p[5] * ct - across * ct + aside * st * cos_climb
+    s = z + aside * sin_climb + p[9] * depth
     u = x - s
     root = np.sqrt(max(rho * rho - u * u, 0.04 * rho * rho))
     g = sense * u / root  # d edge / d s of the centre
     d_theta = -depth + g * p[9] * height
-    y_psi = aside * ct + across * st * cos_c
-    s_psi = across * sin_c + p[9] * (aside * st - across * ct * cos_c)
-    y_a = -cp * ct + sp * st * cos_c
-    s_a = sp * sin_c - p[9] * (cp * st + sp * ct * cos_c)
-    cubed = cos_c * cos_c * cos_c
+    y_psi = aside * ct + across * st * cos_climb
+    s_psi = across * sin_climb + p[9] * (aside * st - across * ct * cos_climb)
+    y_a = -cp * ct + sp * st * cos_climb
+    s_a = sp * sin_climb - p[9] * (cp * st + sp * ct * cos_climb)
+    cubed = cos_climb * cos_climb * cos_climb
     y_kappa = -aside * st * kappa * cubed
     s_kappa = aside * cubed * (1.0 + p[9] * ct * kappa)
     out[0] = sense * rho / root + a / rho * (y_a + g * s_a)
@@ -262,7 +262,7 @@ def turning(rate, phase, first, count):  # pragma: no cover - compiled
 
 
 @numba.njit(cache=True, inline="always")
-def turned(rate, off, cosine, sine):  # pragma: no cover - compiled
+def turned_on(rate, off, cosine, sine):  # pragma: no cover - compiled
     """Cosine and sine of what turns at a rate, so little off where they are known (half a px) that
     a few terms of their series tell them: to 3e-4 at 1 rad a px, which no bundle reaches."""
     d = rate * off
