@@ -38,7 +38,7 @@ from tsvision.measures.zone.doubts import (
     less_sure_of_pitch,
     turns_disagree,
 )
-from tsvision.measures.zone.fits import apex_of, fit_bundle, within_zone
+from tsvision.measures.zone.fits import apex_of, best_known, fit_bundle, within_zone
 from tsvision.measures.zone.outline import add_outline
 from tsvision.measures.zone.width import width_between_knots, width_sd_px
 from tsvision.records import Frame, FrameResult, FrameRow
@@ -55,6 +55,7 @@ class Warm:
 
     near: BundleFit | None = None
     mid: BundleFit | None = None
+    best: BundleFit | None = None
     ridges: Ridges = NO_RIDGES
 
 
@@ -79,12 +80,12 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
     found = find_edges(cut, looks.shading)
     edges = within_zone(found, cut, looks)
     apex_px = apex_of(cut, looks)
-    near, mid = fit_bundle(edges, looks, turns, apex_px, warm.near, warm.mid)
+    near, mid = fit_bundle(edges, looks, turns, apex_px, warm.near, warm.mid, warm.best)
     if near is not None and not looks.steady:
         looks = replace(looks, shading=shading_of(cut, near, looks.shading))
         found = find_edges(cut, looks.shading)
         edges = within_zone(found, cut, looks)
-        near, mid = fit_bundle(edges, looks, turns, apex_px, near, mid)
+        near, mid = fit_bundle(edges, looks, turns, apex_px, near, mid, warm.best)
         row = replace(row, blur_px=looks.shading[0].blur_px)
     smooth = False
     if near is not None:
@@ -126,7 +127,7 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         flags=flags_to_text(flags | _not_known(looks, turns)),
     )
     return FrameResult(row, outlined.profile, outlined.knots, outlined.lobes), Warm(
-        near or warm.near, mid or warm.mid, ridges
+        near or warm.near, mid or warm.mid, best_known(warm.best, near, mid), ridges
     )
 
 

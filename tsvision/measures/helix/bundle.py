@@ -255,7 +255,7 @@ def _holds(warm: HelixFit | None, before: BundleFit | None) -> bool:
     if warm is None or before is None:
         return False
     plain = not warm.coiled and warm.cost < PLAINLY  # what it explains inside was not looked at
-    if not plain and 1.0 - warm.relief > 1.3 * (1.0 - before.fit.relief) + 0.1:
+    if not plain and not explains_as_much(warm, before.fit):
         return False
     if believed(warm):
         # Where a search would leave it at what is plainly straight, a worse fit may stay.
@@ -263,6 +263,11 @@ def _holds(warm: HelixFit | None, before: BundleFit | None) -> bool:
         return warm.cost < factor * before.fit.cost + 0.03
     # No good fit, but as good as the last full search's: that is not repeated every frame.
     return before.carried < POOR_FRAMES and warm.cost < 1.05 * before.fit.cost
+
+
+def explains_as_much(fit: HelixFit, other: HelixFit) -> bool:
+    """Whether a fit explains about as much of the light inside as another."""
+    return 1.0 - fit.relief <= 1.3 * (1.0 - other.relief) + 0.1
 
 
 def is_aslant(fit: HelixFit) -> bool:

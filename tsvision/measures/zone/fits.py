@@ -8,7 +8,14 @@ import numpy as np
 
 from tsvision.measures.edges.cut import Cut
 from tsvision.measures.edges.edges import Edges
-from tsvision.measures.helix.bundle import SCALE_PX, BundleFit, as_elsewhere, fit_window, swing_px
+from tsvision.measures.helix.bundle import (
+    SCALE_PX,
+    BundleFit,
+    as_elsewhere,
+    explains_as_much,
+    fit_window,
+    swing_px,
+)
 from tsvision.measures.helix.weigh import told_by_noise, unsure
 from tsvision.measures.helix.windows import even_stretches
 from tsvision.measures.looks import Looks
@@ -18,6 +25,7 @@ SHOWN_TURNS = 2.0  # of the strands, that a straight fit beside the separator sp
 TRIED = 3  # stretches from the separator on, until one can be fitted at all
 LEAST_TURNS = 0.9  # that tell pitch and width apart
 ALIKE = 1.15  # ratio of two pitches of one bundle, at most
+AS_WELL = 0.1  # of the light inside, that a coil may explain less than the best known to be it
 POOR = 0.3  # cost of a straight fit above which others are tried
 
 
@@ -58,8 +66,10 @@ def fit_bundle(
     apex_px: float,
     near_before: BundleFit | None,
     mid_before: BundleFit | None,
+    best: BundleFit | None = None,
 ) -> tuple[BundleFit | None, BundleFit | None]:
-    """Fits beside the separator and in mid-span, the frame before's tried first.
+    """Fits beside the separator and in mid-span, the frame before's tried first; best: of the
+    coils of earlier frames, see `best_known`.
 
     A straight bundle is fitted from 0.6 D after the apex on; coiling takes 2.4 D to reach its full
     radius, and starting earlier costs 2-6 % of pitch.
@@ -110,12 +120,35 @@ def fit_bundle(
         centre = float(np.clip(middle, low + span, max(high - span, low + span)))
         low, high = max(low, centre - span), min(high, centre + span)
         mid = fit_window(edges, looks.section, low, high, d, rate, mid_before or near)
+    near, mid = _as_known(edges, near, best), _as_known(edges, mid, best)
     if near is not None and mid is not None and mid.fit.coiled:
         if unsure(near.fit) or _contradict(near, mid):
             near = as_elsewhere(edges, near, mid)
         if near.fit.coiled and _contradict(near, mid):
             mid = as_elsewhere(edges, mid, near)
     return near, mid
+
+
+def best_known(
+    best: BundleFit | None, near: BundleFit | None, mid: BundleFit | None
+) -> BundleFit | None:
+    """Of a recording's coils so far the last that explains the light inside as well as any before.
+    Where a knot grows beside them, its coils unwind, and what describes them then may be another
+    branch: frame after frame would begin from it."""
+    for found in (near, mid):
+        if found is None or not found.fit.coiled or unsure(found.fit):
+            continue
+        if best is None or found.fit.relief > best.fit.relief - AS_WELL:
+            best = found
+    return best
+
+
+def _as_known(edges: Edges, found: BundleFit | None, best: BundleFit | None) -> BundleFit | None:
+    """A coil that explains much less of the light than the best known, or what the strands of that
+    make of its stretch."""
+    if found is None or best is None or not found.fit.coiled:
+        return found
+    return found if explains_as_much(found.fit, best.fit) else as_elsewhere(edges, found, best)
 
 
 def _contradict(near: BundleFit, mid: BundleFit) -> bool:
