@@ -23,6 +23,7 @@ LEAST_PX = 60  # of the front, below which nothing is told
 DRAWN_RHO_PX = 4.0  # strand radius at which a fit is drawn, where it is not smaller by itself, ...
 SCANNED_RHO_PX = 2.5  # ... and at which many are: ridges are told apart still
 SHRUNK_BLUR = 0.5  # blur of a light made smaller
+TERMS = 6  # of the light: level, slope along z, and what is drawn
 BOTH = np.array([1.0, -1.0])  # sides to which a bundle may be twisted
 
 
@@ -67,38 +68,43 @@ def _explained(light: np.ndarray, front: _Front, rho_px: float, blur_px: float) 
 
 @numba.njit(cache=True)
 def _share(light, inner, facing, across, along, height):  # pragma: no cover - compiled
-    """Of the variance of a light (R, M) where `inner`, what a linear fit of the drawn terms (R, M)
-    and of a slope along z explains."""
+    """Of the variance of a light (R, M) where `inner`, what the drawn terms (R, M) explain."""
     rows, columns = light.shape
-    term, total = np.empty(5), np.zeros(5)
-    system, right = np.zeros((5, 5)), np.zeros(5)
-    count, mean, square = 0, 0.0, 0.0
-    for r in range(rows):
-        for c in range(columns):
-            if inner[r, c]:
-                count += 1
-                mean += light[r, c]
-    mean /= count
+    term, system, right = np.empty(TERMS), np.zeros((TERMS, TERMS)), np.zeros(TERMS)
+    square = 0.0
     for r in range(rows):
         for c in range(columns):
             if not inner[r, c]:
                 continue
-            v = light[r, c] - mean
-            term[0] = 2.0 * c / (columns - 1) - 1.0
-            term[1], term[2] = facing[r, c], across[r, c]
-            term[3], term[4] = along[r, c], height[r, c]
-            for m in range(5):
-                total[m] += term[m]
-                right[m] += term[m] * v
-                for n in range(m + 1):
-                    system[m, n] += term[m] * term[n]
-            square += v * v
-    for m in range(5):
+            term[0], term[1] = 1.0, 2.0 * c / columns - 1.0
+            term[2], term[3] = facing[r, c], across[r, c]
+            term[4], term[5] = along[r, c], height[r, c]
+            _add(term, light[r, c], system, right)
+            square += light[r, c] ** 2
+    return _told(system, right, square)
+
+
+@numba.njit(cache=True, inline="always")
+def _add(term, value, system, right):  # pragma: no cover - compiled
+    """One pixel's terms and light, into the lower half of the normal equations."""
+    for m in range(term.size):
+        right[m] += term[m] * value
         for n in range(m + 1):
-            system[m, n] -= total[m] * total[n] / count
-            system[n, m] = system[m, n]
+            system[m, n] += term[m] * term[n]
+
+
+@numba.njit(cache=True)
+def _told(system, right, square):  # pragma: no cover - compiled
+    """Share of the light's variance that the terms explain, the first of which is 1 throughout;
+    square: sum of the light's squares."""
+    count = system[0, 0]
+    for m in range(right.size):
         system[m, m] += 1e-9 * count
-    return (np.linalg.solve(system, right) * right).sum() / max(square, 1e-30)
+        for n in range(m + 1, right.size):
+            system[m, n] = system[n, m]
+    mean = right[0] * right[0] / count
+    told = (np.linalg.solve(system, right) * right).sum()
+    return max((told - mean) / max(square - mean, 1e-30), 0.0)
 
 
 def scan_relief(
@@ -154,12 +160,12 @@ def _shrunk(light: np.ndarray, factor: float) -> np.ndarray:
 def _scan(
     light, p, site_radius, site_angle, side, rates, phases, heights, acrosses, alongs
 ):  # pragma: no cover - compiled
-    """Shares (K, P) explained by every rate and phase: six terms' normal equations for each."""
+    """Shares (K, P) explained by every rate and phase."""
     rows, columns = light.shape
     height, across, along = heights[0], acrosses[0], alongs[0]
     shares = np.zeros((rates.size, phases.size))
     q = p.copy()
-    term, system, right = np.empty(6), np.empty((6, 6)), np.empty(6)
+    term, system, right = np.empty(TERMS), np.empty((TERMS, TERMS)), np.empty(TERMS)
     for i in range(rates.size):
         for j in range(phases.size):
             q[1], q[2] = rates[i], phases[j]
@@ -167,7 +173,6 @@ def _scan(
             system[:] = 0.0
             right[:] = 0.0
             square = 0.0
-            count = 0
             for r in range(1, rows - 1):
                 for c in range(1, columns - 1):
                     h = height[r, c]
@@ -180,21 +185,10 @@ def _scan(
                     term[0], term[1] = 1.0, 2.0 * c / columns - 1.0
                     term[2] = np.sqrt(max(1.0 - a * a - b * b, 0.0))
                     term[3], term[4], term[5] = a, b, h / p[0]
-                    for m in range(6):
-                        right[m] += term[m] * v
-                        for n in range(m + 1):
-                            system[m, n] += term[m] * term[n]
+                    _add(term, v, system, right)
                     square += v * v
-                    count += 1
-            if count < LEAST_PX:
-                continue
-            for m in range(6):
-                system[m, m] += 1e-9 * count
-                for n in range(m + 1, 6):
-                    system[m, n] = system[n, m]
-            told = (np.linalg.solve(system, right) * right).sum()
-            mean = right[0] * right[0] / count
-            shares[i, j] = max((told - mean) / max(square - mean, 1e-30), 0.0)
+            if system[0, 0] >= LEAST_PX:
+                shares[i, j] = _told(system, right, square)
     return shares
 
 
