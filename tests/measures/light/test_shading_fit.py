@@ -132,6 +132,27 @@ def test_one_lamp_is_found_for_what_it_is(rho_px: float, angle_deg: float) -> No
     assert lamp.blur_px == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.parametrize("brighter_side", [1.0, -1.0])
+@pytest.mark.parametrize("angle_deg", [15.0, 29.0])
+@pytest.mark.parametrize("rho_px", [7.0, 11.0])
+def test_a_sky_beside_the_lamp_does_not_move_the_edge(
+    rho_px: float, angle_deg: float, brighter_side: float
+) -> None:
+    """Light from all around that comes twice as much from one side, the lamp's or the other. What
+    is told of one lamp alone is 0.1 to 0.6 px off in width."""
+    offsets, turn = offsets_for(rho_px), np.deg2rad(angle_deg)
+    sides = []
+    for sign in (1.0, -1.0):
+        lit = px_tube(
+            offsets, rho_px, 1.0, 0.0, 0.75 * np.cos(turn), sign * 0.75 * np.sin(turn), ROUGH
+        )
+        around = px_tube(offsets, rho_px, 1.0, 0.18, 0.0, 0.0, ROUGH)
+        aside = px_tube(offsets, rho_px, 1.0, 0.0, 0.0, 0.06, ROUGH)
+        sides.append(seen(rho_px, lit + around + sign * brighter_side * aside, offsets))
+    lamp = fit_lamp((sides[0], sides[1]), tuple(s.sd for s in sides), rho_px, 1.0)
+    assert abs(float(lamp.places_px.sum())) < 0.1
+
+
 @pytest.mark.parametrize(("rho_px", "angle_deg"), [(8.0, 30.0), (15.0, 0.0), (15.0, 30.0)])
 def test_neighbours_that_take_light_do_not_move_the_edge(rho_px: float, angle_deg: float) -> None:
     """A strand that loses 30 % of its light towards the groove, along a smoothstep. Measured: 0.02

@@ -2,10 +2,13 @@
 
 In units of the core's contrast, t px inside the edge, sin phi = x = 1 - t / rho,
 
-    I(t) = ground + black + ambient + w max(0, cos(phi - theta)) - g h(t) + r min(t, 0),
+    I(t) = ground + black + ambient + e x + w max(0, cos(phi - theta)) - g h(t) + r min(t, 0),
 
 with `black` the contrast of a strand without light, theta and w common to both edges (the lamp of
-one limb's side is at -theta from the other's).
+one limb's side is at -theta from the other's). What comes from all around comes more from one side
+than from the other, e and -e: a sky over a dark bench. It goes on beyond the terminator, where the
+lamp's light ends; told as one lamp alone, both together put the edge of the darker limb up to half
+a px too far in or out.
 
 The limb lies open, but further in a strand faces its neighbours: the groove between them takes
 light away, h(t) = max(0, t / rho - GROOVE_FROM)^2. Without it what falls off inwards passes for
@@ -37,7 +40,9 @@ GROOVE_FROM = 0.1  # of the radius: how far in the neighbours begin to take ligh
 RESOLVED = 3.0  # blurs in a strand's radius: of a thinner one no groove is told from the limb
 GROOVED_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb and more are dark
 STARTS_RAD = np.deg2rad([-45.0, 0.0, 45.0])
-FURTHEST_RAD = 1.6
+FURTHEST_RAD, ASIDE_RAD = 1.6, 0.5 * np.pi
+UNEVEN_SD = 0.1  # of the core's contrast: by how much what comes from all around is uneven
+COMMON = 3  # unknowns of both sides: the lamp, and what comes from around more from either side
 OWN = 4 + RAMPS  # unknowns of a side, the last of which are the ground's slopes
 
 
@@ -107,25 +112,29 @@ def _residuals(
 ) -> np.ndarray:
     """For q = (blur, both places, theta): of both profiles, light by least squares."""
     target = np.concatenate([p.value / s for p, s in zip(profiles, sd, strict=True)])
-    # the lamp; ambient, the ground's error, the groove and the ground's slope of each side
-    design = np.zeros((target.size, 1 + 2 * OWN))
+    # ambient, the ground's error, the groove and the ground's slope of each side
+    design = np.zeros((target.size, COMMON + 2 * OWN))
     first = 0
     for side, (p, s) in enumerate(zip(profiles, sd, strict=True)):
-        theta = q[3] if side == 0 else -q[3]
+        way = 1.0 if side == 0 else -1.0
         t_px = p.t_px - q[1 + side]
         blur_px = averaged_blur_px(float(q[0]))
-        shapes = light_shapes(rho_px, blur_px, np.array([theta]), limb_loss(black))
-        around, lit = (np.interp(t_px, TEMPLATE_GRID_PX, shape) for shape in shapes)
+        # A lamp square to the camera lights a limb as x, which is positive all over a profile.
+        shapes = light_shapes(rho_px, blur_px, np.array([way * q[3], ASIDE_RAD]), limb_loss(black))
+        around, lit, aside = (np.interp(t_px, TEMPLATE_GRID_PX, shape) for shape in shapes)
         rows = slice(first, first + t_px.size)
         target[rows] -= black * around / s
         shaded = np.maximum(t_px / rho_px - GROOVE_FROM, 0.0) ** 2
         one = np.ones_like(lit)
         own = [around, one, -one, -shaded * float(grooved), *ramps_outside(t_px)]
-        ends = 1 + OWN * (side + 1)
-        design[rows, 0] = lit / s
+        ends = COMMON + OWN * (side + 1)
+        skies = [0.5 * (around + way * aside), 0.5 * (around - way * aside)]
+        design[rows, :COMMON] = np.stack([lit, *skies], axis=1) / s[:, None]
         design[rows, ends - OWN : ends] = np.stack(own, axis=1) / s[:, None]
         first += t_px.size
-    design = np.vstack([design, ramp_prior(OWN, common=1)])
-    target = np.concatenate([target, np.zeros(2 * RAMPS)])
+    even = np.zeros((1, design.shape[1]))
+    even[0, 1:COMMON] = np.array([0.5, -0.5]) / UNEVEN_SD
+    design = np.vstack([design, ramp_prior(OWN, common=COMMON), even])
+    target = np.concatenate([target, np.zeros(2 * RAMPS + 1)])
     light, _ = nnls(design, target)
     return np.asarray(design @ light - target)
