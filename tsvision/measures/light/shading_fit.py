@@ -50,7 +50,7 @@ FLOOR_GROWTH = 20.0  # ... growing inwards, where neighbours shade and gleam
 REWEIGHED, REWEIGHED_BINS = 2, 9  # times, over this stretch of a profile
 RIVAL = 1.5  # times the best cost
 WIDTH_PX = 0.02  # by which a width may be off
-LAMP_ODDS = 2.0  # that one lamp lights the strings, before the profiles are seen
+LAMP_ODDS = 4.0  # that one lamp lights the strings, before the profiles are seen
 LAMP_POWER = 0.5  # of the two misfits' ratio: the better description counts a little more
 GROUND_LIGHT = 0.02  # of the core's contrast: a ground no brighter is as good as black
 
