@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from tests.measures.tube import tube
+from tsvision.measures.edges import match
 from tsvision.measures.edges.find import _quality
 from tsvision.measures.edges.match import match_edges
 from tsvision.measures.edges.shading import (
     LAMPS_RAD,
     edge_samples,
+    inside_at,
     make_shading,
     mean_profile,
     undivided,
@@ -33,6 +35,26 @@ def test_every_column_is_matched_wherever_its_edge_lies(edge: float, outward: in
     np.testing.assert_allclose(depth[:4], 1.0, rtol=0.02)
     assert residual[:4].max() < 0.003
     assert np.isnan(found[4])
+
+
+def test_nothing_is_looked_up_beyond_the_template(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A limb that hardly any light reaches, of a strand thicker than the template is long: what lies
+    behind its end is memory of something else, or none (photos of yarn: a crash one time in two)."""
+    monkeypatch.setattr(match, "_match", match._match.py_func)  # compiled, no index is checked
+    shade = make_shading(60.0, 1.0, 0.0, 1.0 * np.isclose(LAMPS_RAD, np.deg2rad(-45.0)))
+    assert inside_at(shade, match.LIT) > 27.0
+    values = tube(70.0 - np.arange(90.0), 60.0, 1.0, 0.0, 0.7, -0.7)[:, None].astype(np.float32)
+    match_edges(values, np.array([72.0]), 1, shade, np.zeros(1), 2.5)
+
+
+@pytest.mark.parametrize("off_px", [-1.0, 0.0, 1.0])
+def test_an_edge_blurred_farther_than_the_template_reaches(off_px: float) -> None:
+    lamps = 0.7 * np.isclose(LAMPS_RAD, 0.0)
+    shade = make_shading(15.0, 6.0, 0.3, lamps)
+    values = tube(40.3 - np.arange(80.0), 15.0, 6.0, 0.3, 0.7, 0.0)[:, None].astype(np.float32)
+    found, _, residual = match_edges(values, np.array([40.3 + off_px]), 1, shade, np.zeros(1), 2.5)
+    assert found[0] == pytest.approx(40.3, abs=0.05)
+    assert residual[0] < 0.003
 
 
 @pytest.mark.parametrize("height", [0.15, 0.3, 1.0])

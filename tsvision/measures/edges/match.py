@@ -13,6 +13,7 @@ import numba
 import numpy as np
 
 from tsvision.measures.edges.shading import (
+    TEMPLATE_GRID_PX,
     TEMPLATE_START_PX,
     TEMPLATE_STEP_PX,
     Shading,
@@ -204,7 +205,7 @@ def match_edges(
     """
     columns = values.shape[1]
     edge, depth, residual = (np.empty(columns) for _ in range(3))
-    outside, inside = _window_px(shading)
+    outside, inside = _window_px(shading, limit_px)
     cosine = 1.0 / rows_per_px(slope)
     _match(
         values,
@@ -233,8 +234,9 @@ def rows_per_px(slope: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt(1.0 + np.clip(slope, -1.5, 1.5) ** 2))
 
 
-def _window_px(shading: Shading) -> tuple[float, float]:
-    """How far outside and inside of an edge the template is compared with the picture."""
+def _window_px(shading: Shading, limit_px: float) -> tuple[float, float]:
+    """How far outside and inside of an edge, which may move by `limit_px`, the template is compared
+    with the picture: no farther than there is template, for compiled code checks no index."""
     outside = 2.5 * shading.blur_px + 1.5
     # Further in, gleam and the strands in front differ from column to column.
     inside = min(0.8 * shading.rho_px, 2.0 * shading.blur_px + 0.5)
@@ -243,9 +245,10 @@ def _window_px(shading: Shading) -> tuple[float, float]:
     lit = inside_at(shading, LIT)
     if lit > inside:
         inside = min(lit + shading.blur_px, shading.rho_px)
-    return outside, inside
+    first, last = TEMPLATE_GRID_PX[0], TEMPLATE_GRID_PX[-2]  # between neighbours, the last excluded
+    return min(outside, float(-first) - limit_px), min(inside, float(last) - limit_px)
 
 
-def reach_px(shading: Shading) -> float:
-    """How far from an edge, to either side, a match looks."""
-    return max(_window_px(shading))
+def reach_px(shading: Shading, limit_px: float) -> float:
+    """How far from an edge, to either side, a match looks that may move it by `limit_px`."""
+    return max(_window_px(shading, limit_px))

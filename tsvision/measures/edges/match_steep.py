@@ -59,7 +59,7 @@ def match_steep(
     at, along, across = asked[meets], along[meets], across[meets]
     edge, depth, residual = (np.full(rough.size, np.nan) for _ in range(3))
     if at.size:
-        far = int(np.ceil(reach_px(shading) + limit_px)) + 1
+        far = int(np.ceil(reach_px(shading, limit_px) + limit_px)) + 1
         t = np.arange(-far, far + 1, dtype=np.float32)[:, None]
         x = (at + t * along).astype(np.float32)
         y = (rough[at] + t * across).astype(np.float32)

@@ -2,13 +2,14 @@
 
 In units of the core's contrast, t px inside the edge, sin phi = x = 1 - t / rho,
 
-    I(t) = ground + black + ambient + e x + w max(0, cos(phi - theta)) - g h(t) + r min(t, 0),
+    I(t) = ground + black + ambient + u (1 + x) / 2 + v (1 - x) / 2 + w max(0, cos(phi - theta))
+           - g h(t) + r min(t, 0),
 
 with `black` the contrast of a strand without light, theta and w common to both edges (the lamp of
-one limb's side is at -theta from the other's). What comes from all around comes more from one side
-than from the other, e and -e: a sky over a dark bench. It goes on beyond the terminator, where the
-lamp's light ends; told as one lamp alone, both together put the edge of the darker limb up to half
-a px too far in or out.
+one limb's side is at -theta from the other's). What comes from all around may come more from one
+side than from the other, u or v, which change places between the limbs: a sky over a dark bench. It
+goes on beyond the terminator, where the lamp's light ends; told as one lamp alone, both together
+put the edge of the darker limb up to half a px too far in or out.
 
 The limb lies open, but further in a strand faces its neighbours: the groove between them takes
 light away, h(t) = max(0, t / rho - GROOVE_FROM)^2. Without it what falls off inwards passes for
@@ -42,7 +43,8 @@ GROOVED_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb a
 STARTS_RAD = np.deg2rad([-45.0, 0.0, 45.0])
 FURTHEST_RAD, ASIDE_RAD = 1.6, 0.5 * np.pi
 UNEVEN_SD = 0.1  # of the core's contrast: by how much what comes from all around is uneven
-COMMON = 3  # unknowns of both sides: the lamp, and what comes from around more from either side
+COMMON = 3  # unknowns of both sides: the lamp, and a sky of either side
+MOST_STEPS = 3000  # of a fit of light that is nowhere negative
 OWN = 4 + RAMPS  # unknowns of a side, the last of which are the ground's slopes
 
 
@@ -128,13 +130,14 @@ def _residuals(
         one = np.ones_like(lit)
         own = [around, one, -one, -shaded * float(grooved), *ramps_outside(t_px)]
         ends = COMMON + OWN * (side + 1)
-        skies = [0.5 * (around + way * aside), 0.5 * (around - way * aside)]
-        design[rows, :COMMON] = np.stack([lit, *skies], axis=1) / s[:, None]
+        both = [0.5 * (around + way * aside), 0.5 * (around - way * aside)]
+        design[rows, :COMMON] = np.stack([lit, *both], axis=1) / s[:, None]
         design[rows, ends - OWN : ends] = np.stack(own, axis=1) / s[:, None]
         first += t_px.size
-    even = np.zeros((1, design.shape[1]))
-    even[0, 1:COMMON] = np.array([0.5, -0.5]) / UNEVEN_SD
-    design = np.vstack([design, ramp_prior(OWN, common=COMMON), even])
-    target = np.concatenate([target, np.zeros(2 * RAMPS + 1)])
-    light, _ = nnls(design, target)
+    # What both skies give alike is ambient light: without a bound of each no solution is the best.
+    skies = np.zeros((2, design.shape[1]))
+    skies[:, 1:COMMON] = np.eye(2) * 0.5 / UNEVEN_SD
+    design = np.vstack([design, ramp_prior(OWN, common=COMMON), skies])
+    target = np.concatenate([target, np.zeros(2 * RAMPS + 2)])
+    light, _ = nnls(design, target, maxiter=MOST_STEPS)
     return np.asarray(design @ light - target)
