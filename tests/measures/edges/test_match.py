@@ -38,8 +38,8 @@ def test_every_column_is_matched_wherever_its_edge_lies(edge: float, outward: in
 
 
 def test_nothing_is_looked_up_beyond_the_template(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A limb that hardly any light reaches, of a strand thicker than the template is long: what lies
-    behind its end is memory of something else, or none (photos of yarn: a crash one time in two)."""
+    """A limb that hardly any light reaches, of a strand thicker than the template is long: behind
+    its end lies memory of something else, or none (photos of yarn: a crash one time in two)."""
     monkeypatch.setattr(match, "_match", match._match.py_func)  # compiled, no index is checked
     shade = make_shading(60.0, 1.0, 0.0, 1.0 * np.isclose(LAMPS_RAD, np.deg2rad(-45.0)))
     assert inside_at(shade, match.LIT) > 27.0
@@ -49,6 +49,7 @@ def test_nothing_is_looked_up_beyond_the_template(monkeypatch: pytest.MonkeyPatc
 
 @pytest.mark.parametrize("off_px", [-1.0, 0.0, 1.0])
 def test_an_edge_blurred_farther_than_the_template_reaches(off_px: float) -> None:
+    """Blur 6 px: what the template was taken to be beyond its end put the edge 0.5 to 2 px off."""
     lamps = 0.7 * np.isclose(LAMPS_RAD, 0.0)
     shade = make_shading(15.0, 6.0, 0.3, lamps)
     values = tube(40.3 - np.arange(80.0), 15.0, 6.0, 0.3, 0.7, 0.0)[:, None].astype(np.float32)
