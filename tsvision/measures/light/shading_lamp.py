@@ -134,9 +134,9 @@ def _residuals(
         design[rows, :COMMON] = np.stack([lit, *both], axis=1) / s[:, None]
         design[rows, ends - OWN : ends] = np.stack(own, axis=1) / s[:, None]
         first += t_px.size
-    # What both skies give alike is ambient light: without a bound of each no solution is the best.
+    # What both skies give alike is ambient light: without a bound no solution is the best.
     skies = np.zeros((2, design.shape[1]))
-    skies[:, 1:COMMON] = np.eye(2) * 0.5 / UNEVEN_SD
+    skies[:, 1:COMMON] = [[0.5 / UNEVEN_SD, -0.5 / UNEVEN_SD], [1.0, 1.0]]
     design = np.vstack([design, ramp_prior(OWN, common=COMMON), skies])
     target = np.concatenate([target, np.zeros(2 * RAMPS + 2)])
     light, _ = nnls(design, target, maxiter=MOST_STEPS)
