@@ -139,7 +139,7 @@ def test_a_sky_beside_the_lamp_does_not_move_the_edge(
     rho_px: float, angle_deg: float, brighter_side: float
 ) -> None:
     """Light from all around that comes twice as much from one side, the lamp's or the other. What
-    is told of one lamp alone is 0.1 to 0.6 px off in width."""
+    is told of one lamp alone is 0.1 to 0.75 px off in width."""
     offsets, turn = offsets_for(rho_px), np.deg2rad(angle_deg)
     sides = []
     for sign in (1.0, -1.0):

@@ -245,8 +245,8 @@ def _window_px(shading: Shading, limit_px: float) -> tuple[float, float]:
     lit = inside_at(shading, LIT)
     if lit > inside:
         inside = min(lit + shading.blur_px, shading.rho_px)
-    first, last = TEMPLATE_GRID_PX[0], TEMPLATE_GRID_PX[-2]  # between neighbours, the last excluded
-    return min(outside, float(-first) - limit_px), min(inside, float(last) - limit_px)
+    end_px = float(TEMPLATE_GRID_PX[-2])  # between neighbours is looked up: from there to the last
+    return min(outside, -TEMPLATE_START_PX - limit_px), min(inside, end_px - limit_px)
 
 
 def reach_px(shading: Shading, limit_px: float) -> float:

@@ -36,7 +36,7 @@ from tsvision.measures.edges.shading import (
     ramp_prior,
     ramps_outside,
 )
-from tsvision.measures.light.shading_lamp import fit_lamp
+from tsvision.measures.light.shading_lamp import MOST_STEPS, fit_lamp
 from tsvision.measures.light.shape import UNKNOWN, Shape
 
 # Before anything is seen: so much of the core's light comes from lamps, most of them beside the
@@ -232,7 +232,7 @@ class _System:
             block[:, place] = np.stack([*(gain * v for v in seen), *ground], axis=1) / sd[:, None]
             blocks.append(block)
         design = np.vstack([*blocks, self.prior])
-        light, _ = nnls(design, target, maxiter=3000)
+        light, _ = nnls(design, target, maxiter=MOST_STEPS)
         return light, design @ light - target
 
     def fit(self, start: np.ndarray) -> OptimizeResult:
