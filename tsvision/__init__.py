@@ -1,7 +1,9 @@
 """Measure twisted strings from pictures, and find out what a model of them gets wrong."""
 
-from tsvision.compiled import find_place
+from pathlib import Path
+
+from tsvision.compiled import keep_current
 
 __version__ = "0.1.0"
 
-find_place()
+keep_current(Path(__file__).parent)
