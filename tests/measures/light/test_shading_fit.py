@@ -111,6 +111,31 @@ def test_a_limb_may_be_darker_than_its_ground(rho_px: float, blur_px: float, gro
     assert abs(float(places.sum())) < min(0.1, edge_model_sd_px((sides[0], sides[1])))
 
 
+@pytest.mark.parametrize("rho_px", [8.0, 13.0])
+def test_a_dark_limb_far_outside_is_sought_where_strands_are_thick_too(rho_px: float) -> None:
+    """A lamp 50 degrees wide, 40 aside, before a lit ground: the dark limb is a thirtieth darker
+    than that, 1.5 px outside the edge assumed, and what is lit ends 0.2 radii further in. Both may
+    be the edge. Where strands were thick no start lay as far out: 1.7 and 2.2 px thin, said to be
+    sure to 0.4."""
+    offsets, ground, out_px = offsets_for(rho_px), 0.15, 1.5
+    sides = []
+    for sign in (1.0, -1.0):
+        at_px = offsets + (out_px if sign < 0.0 else 0.0)
+        lit = np.mean(
+            [
+                px_tube(at_px, rho_px, 0.8, 0.0, 0.95 * np.cos(turn), sign * 0.95 * np.sin(turn))
+                for turn in np.deg2rad(40.0 + np.linspace(-25.0, 25.0, 11))
+            ],
+            axis=0,
+        )
+        around = px_tube(at_px, rho_px, 0.8, 0.1, 0.0, 0.0)
+        body = px_tube(at_px, rho_px, 0.8, 1.0, 0.0, 0.0, 0.0)
+        sides.append(seen(rho_px, (1.0 + ground) * (lit + around) - ground * body, offsets))
+    *found, places = fit_shading((sides[0], sides[1]), rho_px, -ground, 0.8)
+    error = abs(float(places.sum()) + out_px)
+    assert error < 2.0 * edge_model_sd_px((found[0], found[1]))
+
+
 @pytest.mark.parametrize("angle_deg", [0.0, 30.0, 60.0])
 @pytest.mark.parametrize("rho_px", [6.0, 15.0])
 def test_one_lamp_is_found_for_what_it_is(rho_px: float, angle_deg: float) -> None:

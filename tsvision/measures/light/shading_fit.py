@@ -49,6 +49,7 @@ FLOOR = 0.003  # of a profile's span: what the model cannot describe at the limb
 FLOOR_GROWTH = 20.0  # ... growing inwards, where neighbours shade and gleam
 REWEIGHED, REWEIGHED_BINS = 2, 9  # times, over this stretch of a profile
 RIVAL = 1.5  # times the best cost
+FAR_OUT = 0.7  # of the places there may be: where edges are sought as well
 WIDTH_PX = 0.02  # by which a width may be off
 LAMP_ODDS = 4.0  # that one lamp lights the strings, before the profiles are seen
 LAMP_POWER = 0.5  # of the two misfits' ratio: the better description counts a little more
@@ -121,11 +122,8 @@ def _fit_light(
     blur = float(np.clip(blur_start_px, 0.4, 5.5))
     # Where a lamp's light ends short of a limb that sends none, what is seen is the terminator:
     # the edge then lies far outside, and the fit has to be told to look there.
-    starts = [
-        np.array([blur, *places])
-        for places in ((0.0, 0.0), (-0.7 * rho_px, 0.0), (0.0, -0.7 * rho_px))
-        if min(places) > PLACE_RANGE_PX[0]
-    ]
+    far = max(-0.7 * rho_px, FAR_OUT * PLACE_RANGE_PX[0])
+    starts = [np.array([blur, *places]) for places in ((0.0, 0.0), (far, 0.0), (0.0, far))]
     starts += [np.array([blur, *places]) for places in shape.starts()]
     fits = [system.fit(start) for start in starts]
     for _ in range(REWEIGHED):
