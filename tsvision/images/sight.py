@@ -35,7 +35,7 @@ from tsvision.images.masks import masks_of
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.runs import extent_of, leg_spread
 from tsvision.images.seen import Seen, seen_in
-from tsvision.images.signal import LUMA, Signal
+from tsvision.images.signal import Signal
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 
 MOVING_SHARE = 0.4  # of the axis' length that moves, from which nothing speaks against it
@@ -246,17 +246,19 @@ def _follow(
     return found, strips, seen_in(strips, found.width_px, False, between)
 
 
-def by_brightness(sight: Sight, pictures: list[np.ndarray]) -> Sight:
-    """The same line in the same pictures, its strings told by how bright they are and not by their
-    colour, which pictures store at half the resolution."""
+def seen_by(sight: Sight, pictures: list[np.ndarray], signal: Signal) -> Sight:
+    """The same line in the same pictures, its strings told by another signal."""
     width, ends = sight.width_px, (sight.start_px, sight.end_px)
     half = int(np.ceil(STRIP_WIDTHS * width)) + 6
-    lights = (linear_signal(p, LUMA.weights, sight.gamma) for p in pictures)
+    if signal.in_colour:
+        lights = [to_linear(p, sight.gamma) for p in pictures]
+    else:
+        lights = [linear_signal(p, signal.weights, sight.gamma) for p in pictures]
     strips = [cut_strip(light, sight.axis, ends, half) for light in lights]
-    _, shadow = masks_of(strips, LUMA, width, rough=False)
-    sense = 1 if core_of(strips, LUMA, width) >= 0 else -1
+    _, shadow = masks_of(strips, signal, width, rough=False)
+    sense = 1 if core_of(strips, signal, width) >= 0 else -1
     return replace(
-        sight, signal=LUMA, sense=sense, shadow_level=shadow.level, some_dim=True, faint_tone=1.0,
+        sight, signal=signal, sense=sense, shadow_level=shadow.level, some_dim=True, faint_tone=1.0,
         core_share=0.0,
     )  # fmt: skip
 

@@ -16,7 +16,6 @@ from tsvision.measures.count import count_strands
 from tsvision.measures.edges.cut import BURNT_OUT, Cut
 from tsvision.measures.edges.find import find_edges
 from tsvision.measures.edges.shading import Shading
-from tsvision.measures.edges.tones import faint_tone
 from tsvision.measures.ends.ends import NEAR_SHARE, Ends, find_ends
 from tsvision.measures.ends.gap import Gap
 from tsvision.measures.ends.leg_gauge import gauge_from_legs
@@ -34,6 +33,7 @@ from tsvision.measures.light.learnt import (
     cut_all,
     learn_edges,
     surest,
+    toned,
 )
 from tsvision.measures.light.witness import heard
 from tsvision.records import Rig, Scale
@@ -125,7 +125,7 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     if placed is None:
         return None
     sight, ends, pairs = placed
-    sight, pairs = _toned(pictures, sight, pairs, strand_px, half)
+    sight, pairs = toned(pictures, sight, pairs, strand_px, half)
     cuts = [cut for _, cut in pairs]
     count, sure = (given, 1.0) if given is not None else _counted(cuts, sight, rig, scale)
     section = pair_core(count)
@@ -191,21 +191,6 @@ def _placed(
             sight, ends = other, there
     sight, between = cut_alike(pictures, _between(sight, ends), strand_px, half_px)
     return sight, ends, between or pairs
-
-
-def _toned(
-    pictures: list[np.ndarray], sight: Sight, pairs: Pairs, strand_px: float, half_px: int
-) -> tuple[Sight, Pairs]:
-    """The same, where strands are of two brightnesses each in units of its own."""
-    tone = faint_tone(
-        [cut.contrast for _, cut in pairs],
-        [cut.silhouette for _, cut in pairs],
-        sight.width_px,
-    )
-    if tone < 1.0:
-        sight = replace(sight, faint_tone=tone)
-        pairs = cut_all(pictures, sight, strand_px, half_px) or pairs
-    return sight, pairs
 
 
 def _by_legs(

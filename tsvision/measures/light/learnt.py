@@ -13,9 +13,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsvision.images.sight import Sight, by_brightness
+from tsvision.images.sight import Sight, seen_by
+from tsvision.images.signal import DISTANCE, LUMA, Signal, Way
 from tsvision.measures.edges.cut import BURNT_OUT, LOST, Cut, cut_frame
 from tsvision.measures.edges.shading import plain_shading
+from tsvision.measures.edges.tones import faint_tone
 from tsvision.measures.helix.silhouette import Section
 from tsvision.measures.helix.uncertainty import light_sd_px
 from tsvision.measures.light.profiles import learn_shading
@@ -30,7 +32,9 @@ BURNT_PLACE_SD = 0.35
 # Of a width by brightness that is not left to it alone, besides what light leaves open: parts of
 # coloured limbs are as bright as their ground (74 films of coloured strings).
 BRIGHT_SD_PX = 0.3
-SURER = 0.6  # of the width's uncertainty by colour, which that by brightness has to stay below
+# Of the width's uncertainty by colour, which that by brightness has to stay below; and of what
+# edges across the ground's colour are off by.
+SURER = 0.6
 # Thinner than by colour, whose blocks add less, from which on lit limbs are as bright as ground:
 # px, of a strand's radius, of which such limbs are a fair part, and of sds of the width by colour.
 FADED_PX, FADED_RHO, UNSURE = 3.0, 0.6, 2.0
@@ -82,6 +86,21 @@ def cut_alike(
     return sight, pairs
 
 
+def toned(
+    pictures: list[np.ndarray], sight: Sight, pairs: Pairs, strand_px: float, half_px: int
+) -> tuple[Sight, Pairs]:
+    """The same, where strands are of two brightnesses each in units of its own."""
+    tone = faint_tone(
+        [cut.contrast for _, cut in pairs],
+        [cut.silhouette for _, cut in pairs],
+        sight.width_px,
+    )
+    if tone < 1.0:
+        sight = replace(sight, faint_tone=tone)
+        pairs = cut_all(pictures, sight, strand_px, half_px) or pairs
+    return sight, pairs
+
+
 def learn_edges(pairs: Pairs, sight: Sight, section: Section) -> Learnt:
     """The edges in some pictures, as `sight` shows them."""
     cuts = [cut for _, cut in pairs]
@@ -97,19 +116,33 @@ def learn_edges(pairs: Pairs, sight: Sight, section: Section) -> Learnt:
 
 
 def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
-    """The same, or where strings were told by their colour what brightness alone teaches of them,
-    if that is more."""
+    """The same, or where strings were told by their colour what all of their difference from the
+    ground teaches of them, or brightness alone, if that is more."""
+    if learnt.sight.signal.way is Way.ACROSS:
+        whole = _learnt_by(DISTANCE, learnt, section, half_px)
+        if whole is not None and _shows_better(whole.edge, learnt.edge):
+            learnt = whole
     if not learnt.sight.signal.in_colour:
         return learnt
-    pictures = [picture for picture, _ in learnt.pairs]
-    sight = by_brightness(learnt.sight, pictures)
-    sight, pairs = cut_alike(pictures, sight, sight.width_px / section.diameter_d, half_px)
-    if not pairs:
+    other = _learnt_by(LUMA, learnt, section, half_px)
+    if other is None:
         return learnt
-    other = learn_edges(pairs, sight, section)
     if _tells_more(other.edge, learnt.edge):
         return other
     return replace(learnt, edge=_joined(learnt.edge, other.edge))
+
+
+def _learnt_by(signal: Signal, learnt: Learnt, section: Section, half_px: int) -> Learnt | None:
+    """What the same pictures teach by another signal; None where it shows no strings."""
+    pictures = [picture for picture, _ in learnt.pairs]
+    sight = seen_by(learnt.sight, pictures, signal)
+    strand_px = sight.width_px / section.diameter_d
+    sight, pairs = cut_alike(pictures, sight, strand_px, half_px)
+    if not pairs:
+        return None
+    if signal.by_distance:
+        sight, pairs = toned(pictures, sight, pairs, strand_px, half_px)
+    return learn_edges(pairs, sight, section)
 
 
 def as_sure_as_exposed(learnt: Learnt) -> Learnt:
@@ -142,6 +175,19 @@ def _tells_more(bright: EdgeLook, colour: EdgeLook) -> bool:
     frames = FEWEST if colour.last.coils and not bright.last.coils else colour.last.frames
     better = _cost_px2(bright.last, frames) <= _cost_px2(colour.last, colour.last.frames)
     return surer and better and _is_whole(bright, colour)
+
+
+def _shows_better(whole: EdgeLook, across: EdgeLook) -> bool:
+    """Whether edges by all that strings differ by from their ground, and not across its colour
+    alone, fit far better and tell the width surer: grey strands beside red ones hardly leave the
+    colour of a grey ground, and their brightness is stored in full. What is thicker so may be
+    strings and their shadow."""
+    frames = max(whole.last.frames, across.last.frames)
+    better = _cost_px2(whole.last, frames) < SURER * _cost_px2(across.last, frames)
+    sd_px = light_sd_px(across.shading)
+    alike_px = max(UNSURE * sd_px, FADED_RHO * across.shading[0].rho_px)
+    thicker_px = whole.diameter_px - across.diameter_px
+    return better and light_sd_px(whole.shading) < sd_px and thicker_px < alike_px
 
 
 def _is_whole(bright: EdgeLook, colour: EdgeLook) -> bool:
