@@ -6,7 +6,14 @@ import ast
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-BASE = {"tsvision", "tsvision.records", "tsvision.units", "tsvision.flags", "tsvision.errors"}
+BASE = {
+    "tsvision",
+    "tsvision.records",
+    "tsvision.units",
+    "tsvision.flags",
+    "tsvision.errors",
+    "tsvision.compiled",
+}
 ALLOWED = {
     "tsvision.images": set(),
     "tsvision.measures": {"tsvision.images"},
