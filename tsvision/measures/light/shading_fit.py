@@ -51,7 +51,7 @@ REWEIGHED, REWEIGHED_BINS = 2, 9  # times, over this stretch of a profile
 RIVAL = 1.5  # times the best cost
 FAR_OUT = 0.7  # of the places there may be: where edges are sought as well
 WIDTH_PX = 0.02  # by which a width may be off
-LAMP_ODDS = 4.0  # that one lamp lights the strings, before the profiles are seen
+LAMP_ODDS = 4.0  # that one lamp and a sky light the strings, before the profiles are seen
 LAMP_POWER = 0.5  # of the two misfits' ratio: the better description counts a little more
 GROUND_LIGHT = 0.02  # of the core's contrast: a ground no brighter is as good as black
 
