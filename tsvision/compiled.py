@@ -41,7 +41,7 @@ def _keep_current(package: Path, files: list[Path]) -> None:
     listed = _digest(f"{path} {stat.st_mtime_ns} {stat.st_size}" for path, stat in stats)
     folder = _kept_in(package)
     noted = folder / _MADE_OF
-    known = noted.read_text().splitlines() if noted.is_file() else []
+    known = noted.read_text(errors="replace").splitlines() if noted.is_file() else []
     if known[:1] == [listed]:
         return
     kernels = _digest(path.read_text(encoding="utf-8") for path in _kernels(package, set(files)))

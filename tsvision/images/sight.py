@@ -250,10 +250,12 @@ def seen_by(sight: Sight, pictures: list[np.ndarray], signal: Signal) -> Sight:
     """The same line in the same pictures, its strings told by another signal."""
     width, ends = sight.width_px, (sight.start_px, sight.end_px)
     half = int(np.ceil(STRIP_WIDTHS * width)) + 6
-    if signal.in_colour:
-        lights = [to_linear(p, sight.gamma) for p in pictures]
-    else:
-        lights = [linear_signal(p, signal.weights, sight.gamma) for p in pictures]
+    lights = (  # one at a time: large pictures in linear colour fill a memory
+        to_linear(p, sight.gamma)
+        if signal.in_colour
+        else linear_signal(p, signal.weights, sight.gamma)
+        for p in pictures
+    )
     strips = [cut_strip(light, sight.axis, ends, half) for light in lights]
     _, shadow = masks_of(strips, signal, width, rough=False)
     sense = 1 if core_of(strips, signal, width) >= 0 else -1

@@ -5,6 +5,8 @@ at half the resolution, mixed beyond the edges; and it fades at a limb in ways t
 does not tell. So where strings were found by their colour, their edges are looked at by brightness
 alone as well: those of dark strings before a bright ground are as sharp as the lens, whatever light
 falls on the limbs.
+Where colours across the ground's own are asked, so that light and shadow there need not count, all
+of the difference from the ground is looked at as well: strands of the ground's hue show by it.
 """
 
 from __future__ import annotations
