@@ -16,7 +16,7 @@ import numpy as np
 from synth.camera import place
 from synth.paint import Front, crop_box, paint
 from synth.sections import make_section
-from synth.settings import Camera, Settings, Strings
+from synth.settings import Camera, Look, Settings, Strings
 from synth.tubes import Tube, make_pieces
 from tests.bench.pictures48_looks import look_of
 
@@ -89,11 +89,12 @@ def centre_lines(case: Case) -> tuple[list[np.ndarray], list[np.ndarray], float]
     return lines, offsets, 0.5 * size
 
 
-def draw(case: Case, blur_px: float = 1.0) -> np.ndarray:
-    """The case as a grey picture (540, 960) uint8, by the analytic renderer."""
+def draw(case: Case, blur_px: float = 1.0, look: Look | None = None) -> np.ndarray:
+    """The case as a grey picture (540, 960) uint8, by the analytic renderer, in the case's own
+    light or in `look`."""
     camera = Camera(width_px=WIDTH, height_px=HEIGHT, px_per_mm=1.0, roll_deg=case.tilt_deg)
     view = place(camera, 0.0)
-    look = look_of(case.dark_on_bright, case.light_deg)
+    look = look or look_of(case.dark_on_bright, case.light_deg)
     settings = Settings(strings=Strings(count=case.strings), camera=camera, look=look)
     lines, offsets, radius = centre_lines(case)
     inside = np.ones(len(lines[0]), bool)
@@ -122,8 +123,9 @@ def stored(linear: np.ndarray, case: Case, blur_px: float) -> np.ndarray:
     return (255.0 * np.clip(noisy, 0.0, 1.0) + 0.5).astype(np.uint8)
 
 
-def draw_mesh(case: Case, plotter: Any, blur_px: float = 1.0) -> np.ndarray:
-    """The same case by pyvista's tubes and headlight, four times finer and averaged.
+def draw_mesh(case: Case, plotter: Any, blur_px: float = 1.0, headlight: bool = True) -> np.ndarray:
+    """The same case by pyvista's tubes and headlight, four times finer and averaged; without
+    `headlight` strands are as bright at their limbs as in their middles.
 
     Nothing of the analytic renderer's coverage or shading is in it. The tubes have 48 sides, so
     that they lie at most 0.2 % of the strand's radius inside the round ones.
@@ -144,6 +146,7 @@ def draw_mesh(case: Case, plotter: Any, blur_px: float = 1.0) -> np.ndarray:
             ambient=0.2,
             diffuse=0.8,
             specular=0.05,
+            lighting=headlight,
             render=False,
         )
     turn = np.deg2rad(case.tilt_deg)

@@ -13,11 +13,14 @@ seen is (1 - loss (1 - cos phi)^5) L, loss 0 for a matt surface, 1 for a smooth 
 1994), which mirrors what lies beyond instead, the ground. `black` is the contrast of a strand
 without light, known from the ground's colour: strings that are told by being redder or darker than
 their ground do not vanish at a limb in the dark, and those before a bright ground (black > 1) lose
-contrast where they are lit. Lamps stand all around the strand, in fixed directions across it; a
-lamp's max(0, .) ends at its terminator, beyond which only the others light the limb. Light that
-cannot be negative and is spread over few directions by a prior leaves little room for ramp and
-place of the edge to trade against each other. Both limbs see the same lamps from opposite sides,
-nearly: the bundle itself hides some.
+contrast where they are lit, and by black m (1 - cos phi)^4 where their limbs mirror that ground: a
+screen close behind as a rough dielectric does, a lamp far behind hardly. How much, m, is seen on
+thick strands.
+
+Lamps stand all around the strand, in fixed directions across it; a lamp's max(0, .) ends at its
+terminator, beyond which only the others light the limb. Light that cannot be negative and is spread
+over few directions by a prior leaves little room for ramp and place of the edge to trade against
+each other. Both limbs see the same lamps from opposite sides, nearly: the bundle itself hides some.
 
 The mean of many edges, aligned on the fitted silhouette, is almost free of noise; `shading_fit`
 finds light, ground, blur and the true edges' places from it.
@@ -48,10 +51,18 @@ OUTSIDE_PX = 5.0
 # much it may change a px, in units of the core's contrast; before a limb with little light of its
 # own such a slope is easily taken for the limb.
 RAMP_SD = 0.002
-# Of the light at a limb, or of the ground's that is seen mirrored there: between a matt surface and
-# a smooth dielectric, for strings are rough, and of plastic. Profiles do not tell: a strand without
-# any loss is taken for as much too thick as a dielectric one for too thin.
-LIMB_LOSS, MIRRORED = 1.0 / 3.0, 0.7
+# Of the light at a limb: between a matt surface and a smooth dielectric, for strings are rough, and
+# of plastic. Profiles do not tell: a strand without any loss is taken for as much too thick as a
+# dielectric one for too thin.
+LIMB_LOSS = 1.0 / 3.0
+# Of a bright ground's light that is seen mirrored at the limb, before any profile is: of strands as
+# lit as LIT (in units of `black`); what sends hardly any light, up to OUTLINE, is lit from behind
+# alone, by what may be a lamp far off as well as a screen.
+MIRRORED, MIRRORED_SD = 0.3, 0.25
+OUTLINE, LIT = 1.05, 1.25
+MIRROR_POWER = (
+    4  # of 1 - cos phi: Fresnel's law between 50 and 80 degrees, less steep than Schlick's
+)
 RAMPS = 2  # unknowns that they are, for either sign: a light fit by nnls has no negative ones
 
 
@@ -71,9 +82,9 @@ class Shading:
     blur_px: sd of the blur; rho_px: strand radius; ambient and lamps (13,) in units of the core's
     contrast; place_sd_px: how well the edge's place was told (both sides' in quadrature give that
     of the width); beyond_px: how much farther out the true edge lies than where the template is
-    found; loss: of light at the limb; template: the profile on the module's grid; step: the share
-    of it that begins at the limb itself, at full height: what else there is begins further in,
-    where lamps reach, or fades.
+    found; loss: of light at the limb; mirrored: contrast that is lost there to the ground's light;
+    template: the profile on the module's grid; step: the share of it that begins at the limb
+    itself, at full height: what else there is begins further in, where lamps reach, or fades.
     """
 
     blur_px: float
@@ -84,6 +95,7 @@ class Shading:
     place_sd_px: float = 0.0
     beyond_px: float = 0.0
     loss: float = 0.0
+    mirrored: float = 0.0
     template: np.ndarray = field(default_factory=lambda: np.empty(0))
     step: np.ndarray = field(default_factory=lambda: np.empty(0))
 
@@ -95,11 +107,14 @@ def inside_px(rho_px: float) -> float:
 
 def limb_loss(black: float) -> float:
     """Of contrast at the limb, for strands that show the contrast `black` without any light of
-    their own: bright ones send less of it. Those before a bright ground mirror that; what hardly
-    sends any light is an outline, though."""
-    if black < 1.0:
-        return LIMB_LOSS * (1.0 - black)
-    return MIRRORED * min((black - 1.0) ** 2, 1.0)
+    their own: bright ones send less of it. What is mirrored of a bright ground counts apart."""
+    return LIMB_LOSS * max(1.0 - black, 0.0)
+
+
+def mirrored_share(black: float) -> float:
+    """Of a bright ground's light, before anything is seen, what the limbs mirror of strands that
+    show the contrast `black` without any light of their own."""
+    return MIRRORED * float(np.clip((black - OUTLINE) / (LIT - OUTLINE), 0.0, 1.0))
 
 
 def light_shapes(
@@ -113,8 +128,23 @@ def light_shapes(
     lit = np.cos(lamps_rad)[:, None] * facing + np.sin(lamps_rad)[:, None] * x
     sent = inside * (1.0 - loss * (1.0 - facing) ** 5)
     shapes = sent * np.vstack([np.ones_like(x), np.maximum(lit, 0.0)])
-    sd = max(blur_px, 0.2) / TEMPLATE_STEP_PX
-    return blurred(shapes, sd, truncate=3.5)
+    return _seen(shapes, blur_px)
+
+
+def _seen(shapes: np.ndarray, blur_px: float) -> np.ndarray:
+    """Profiles (K, T) on the template's grid as a camera sees them."""
+    return np.asarray(blurred(shapes, max(blur_px, 0.2) / TEMPLATE_STEP_PX, truncate=3.5))
+
+
+@lru_cache(maxsize=8)
+def mirror_shape(rho_px: float, blur_px: float) -> np.ndarray:
+    """Blurred profile (T,) of what limbs mirror of the ground, 1 at the limb; to be read only."""
+    inside = np.clip(0.5 + TEMPLATE_GRID_PX / TEMPLATE_STEP_PX, 0.0, 1.0)
+    x = np.clip(1.0 - TEMPLATE_GRID_PX / rho_px, -1.0, 1.0)
+    sent = inside * (1.0 - np.sqrt(1.0 - x * x)) ** MIRROR_POWER
+    shape = _seen(sent[None], blur_px)[0]
+    shape.flags.writeable = False
+    return shape
 
 
 @lru_cache(maxsize=8)
@@ -135,13 +165,25 @@ def make_shading(
     place_sd_px: float = 0.0,
     beyond_px: float = 0.0,
     loss: float = 0.0,
+    mirrored: float = 0.0,
 ) -> Shading:
     """Shading with its template; `lamps` (13,) carry their sign (< 0: they reduce the contrast)."""
     shapes = lamp_shapes(rho_px, blur_px, loss)
-    template = np.concatenate([[ambient], lamps]) @ shapes
-    step = limb_level(ambient, lamps) * shapes[0]
+    lost = mirrored * mirror_shape(rho_px, blur_px)
+    template = np.concatenate([[ambient], lamps]) @ shapes - lost
+    step = limb_level(ambient, lamps) * shapes[0] - lost
     return Shading(
-        blur_px, rho_px, ambient, lamps, residual, place_sd_px, beyond_px, loss, template, step
+        blur_px=blur_px,
+        rho_px=rho_px,
+        ambient=ambient,
+        lamps=lamps,
+        residual=residual,
+        place_sd_px=place_sd_px,
+        beyond_px=beyond_px,
+        loss=loss,
+        mirrored=mirrored,
+        template=template,
+        step=step,
     )
 
 

@@ -100,6 +100,7 @@ def with_blur(shading: tuple[Shading, Shading], blur_px: float) -> tuple[Shading
             s.place_sd_px,
             s.beyond_px,
             s.loss,
+            s.mirrored,
         )
         for s in shading
     )

@@ -24,6 +24,7 @@ from scipy.optimize import OptimizeResult, least_squares, nnls
 from tsvision.measures.edges.shading import (
     BLUR_RANGE_PX,
     LAMPS_RAD,
+    MIRRORED_SD,
     PLACE_RANGE_PX,
     RAMPS,
     TEMPLATE_GRID_PX,
@@ -33,10 +34,12 @@ from tsvision.measures.edges.shading import (
     lamp_shapes,
     limb_loss,
     make_shading,
+    mirror_shape,
+    mirrored_share,
     ramp_prior,
     ramps_outside,
 )
-from tsvision.measures.light.shading_lamp import MOST_STEPS, fit_lamp
+from tsvision.measures.light.shading_lamp import MOST_STEPS, RESOLVED, fit_lamp
 from tsvision.measures.light.shape import UNKNOWN, Shape
 
 # Before anything is seen: so much of the core's light comes from lamps, most of them beside the
@@ -47,6 +50,10 @@ AMBIENT_SHARE, AMBIENT_SD = 0.4, 0.3  # of lit strands; before a bright ground n
 TIE_SD = 0.1  # how much a lamp may differ between the two limbs
 FLOOR = 0.003  # of a profile's span: what the model cannot describe at the limb, ...
 FLOOR_GROWTH = 20.0  # ... growing inwards, where neighbours shade and gleam
+LEAST_LIT = (
+    1.0 / 3.0
+)  # of a dark strand's own light that counts: an outline has hardly any to shade
+HELD_SD = 0.01  # of a share that nothing tells
 REWEIGHED, REWEIGHED_BINS = 2, 9  # times, over this stretch of a profile
 RIVAL = 1.5  # times the best cost
 FAR_OUT = 0.7  # of the places there may be: where edges are sought as well
@@ -83,7 +90,8 @@ def fit_shading(
     q, width_sd = system.fit_width(q, told.width_px), told.sd_px
     gain = 1.0 - system.black
     sides = []
-    for i, own in enumerate(system.solve(q)[0].reshape(2, -1)):
+    lights, mirrored = system.light(q)
+    for i, own in enumerate(lights):
         ambient, lamps = system.black + gain * float(own[0]), gain * own[1 : 1 + LAMPS_RAD.size]
         residual = system.rms(q, i)
         sides.append(
@@ -95,6 +103,7 @@ def fit_shading(
                 residual,
                 width_sd / np.sqrt(2.0),
                 loss=system.loss,
+                mirrored=mirrored,
             )
         )
     return sides[0], sides[1], q[1:]
@@ -118,7 +127,7 @@ def _fit_light(
     grooved: bool,
 ) -> _Light:
     """Spread light and one lamp together, for strands that show the contrast `black` without."""
-    system = _System(profiles, rho_px, black)
+    system = _System(profiles, rho_px, black, rho_px > RESOLVED * blur_start_px)
     blur = float(np.clip(blur_start_px, 0.4, 5.5))
     # Where a lamp's light ends short of a limb that sends none, what is seen is the terminator:
     # the edge then lies far outside, and the fit has to be told to look there.
@@ -163,7 +172,8 @@ class _System:
     """The linear part: given blur and places, the light of both sides by least squares.
 
     Unknowns of a side: ambient and the lamps, over the core's light, and the ground's error and
-    slope with either sign.
+    slope with either sign; of both together, before a bright ground, what share of it their limbs
+    mirror. thick: whether that is seen apart from the blur.
     """
 
     def __init__(
@@ -171,13 +181,15 @@ class _System:
         profiles: tuple[EdgeProfile, EdgeProfile],
         rho_px: float,
         black: float,
+        thick: bool,
     ) -> None:
         self.profiles, self.rho_px, self.black = profiles, rho_px, black
-        self.loss = limb_loss(black)
+        self.loss, self.mirrors = limb_loss(black), black >= 1.0
         self.sd = []
+        lit = float(np.clip(abs(1.0 - black), LEAST_LIT, 1.0)) if self.mirrors else 1.0
         for p in profiles:
             deep = np.maximum(p.t_px - 1.0, 0.0) / rho_px
-            floor = FLOOR * np.ptp(p.value) * (1.0 + FLOOR_GROWTH * deep**2)
+            floor = FLOOR * lit * np.ptp(p.value) * (1.0 + FLOOR_GROWTH * deep**2)
             self.sd.append(np.hypot(p.sd, np.maximum(floor, 1e-6)))
         self.floor = tuple(self.sd)
         ends = np.cumsum([0, *(p.t_px.size for p in profiles)])
@@ -192,6 +204,13 @@ class _System:
         if black < 1.0:
             ambient[[0, 1], [0, self.unknowns]] = 1.0 / AMBIENT_SD
         self.prior = np.vstack([own, other, ambient, ties, ramp_prior(self.unknowns)])
+        share = np.empty(0)
+        if self.mirrors:
+            sd = MIRRORED_SD if thick else HELD_SD
+            share = np.array([mirrored_share(black) / sd])
+            rows, columns = self.prior.shape
+            self.prior = np.pad(self.prior, ((0, 1), (0, 1)))
+            self.prior[rows, columns] = 1.0 / sd
         front = np.maximum(np.cos(LAMPS_RAD), 0.0)
         typical = LAMP_SHARE * front / np.sum(front**2)
         expected = typical * np.sqrt(lamps) / LAMP_SD
@@ -202,6 +221,7 @@ class _System:
                 expected,
                 np.full(2, AMBIENT_SHARE / AMBIENT_SD if black < 1.0 else 0.0),
                 np.zeros(len(ties) + 2 * RAMPS),
+                share,
             ]
         )
 
@@ -216,18 +236,29 @@ class _System:
                 rows.append(row * np.sqrt(LAMPS_RAD.size) / TIE_SD)
         return np.array(rows)
 
+    def light(self, q: np.ndarray) -> tuple[np.ndarray, float]:
+        """Each side's own light (2, unknowns), and the contrast that mirrored ground takes."""
+        light = self.solve(q)[0]
+        mirrored = self.black * float(light[-1]) if self.mirrors else 0.0
+        return light[: 2 * self.unknowns].reshape(2, -1), mirrored
+
     def solve(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Light (2 * unknowns,) and all residuals in their sd, for q = (blur, both places)."""
-        shapes = lamp_shapes(self.rho_px, averaged_blur_px(float(q[0])), self.loss)
+        """Light and all residuals in their sd, for q = (blur, both places)."""
+        blur_px = averaged_blur_px(float(q[0]))
+        shapes = lamp_shapes(self.rho_px, blur_px, self.loss)
         blocks, target, gain = [], self.target.copy(), 1.0 - self.black
         for i, (p, sd) in enumerate(zip(self.profiles, self.sd, strict=True)):
             one = np.ones_like(p.t_px)
             seen = [np.interp(p.t_px - q[1 + i], TEMPLATE_GRID_PX, shape) for shape in shapes]
-            block = np.zeros((p.t_px.size, 2 * self.unknowns))
+            block = np.zeros((p.t_px.size, self.prior.shape[1]))
             place = slice(i * self.unknowns, (i + 1) * self.unknowns)
             target[self.parts[i]] -= self.black * seen[0] / sd
             ground = [one, -one, *ramps_outside(p.t_px - q[1 + i])]
             block[:, place] = np.stack([*(gain * v for v in seen), *ground], axis=1) / sd[:, None]
+            if self.mirrors:
+                mirror = mirror_shape(self.rho_px, blur_px)
+                lost = self.black * np.interp(p.t_px - q[1 + i], TEMPLATE_GRID_PX, mirror)
+                block[:, -1] = -lost / sd
             blocks.append(block)
         design = np.vstack([*blocks, self.prior])
         light, _ = nnls(design, target, maxiter=MOST_STEPS)
