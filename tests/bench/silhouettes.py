@@ -8,12 +8,12 @@ drawn at each blur and noise, `--repeats` times with fresh noise; every picture 
 a recording of one frame, knowing N and the camera's tone curve. Bias is the mean over all of them,
 worst that of the worst bundle, sd the scatter of a bundle's repeats, root mean square over bundles.
 
-The bound is that of a fit of D, pitch, phase, place and slope to both edges of every column. An
-edge of contrast c, blurred by sigma px, in noise of sd s is placed no better than
-s / c sqrt(2 sqrt(pi) sigma) px; how the outline moves with D and the rest is told by differences of
-discs along the centre lines, none of the measuring code's own geometry. `--flat` mirrors nothing;
-`--mesh` draws such by pyvista's tubes (needs OpenGL), whose 48 sides make them up to 0.03 px a side
-too thin.
+The bound is that of a fit of D, pitch, phase, place and slope to both edges of every column of the
+stretch that is measured, some two pitches at most, with nothing else unknown. An edge of contrast
+c, blurred by sigma px, in noise of sd s is placed no better than s / c sqrt(2 sqrt(pi) sigma) px;
+how the outline moves with D and the rest is told by differences of discs along the centre lines,
+none of the measuring code's own geometry. `--flat` mirrors nothing; `--mesh` draws such by
+pyvista's tubes (needs OpenGL), whose 48 sides make them up to 0.03 px a side too thin.
 """
 
 # ruff: noqa: E402 - the thread counts must be set before numpy and numba are imported
@@ -85,9 +85,9 @@ def outline(case: Case, columns: np.ndarray) -> np.ndarray:
     return np.concatenate(edges)
 
 
-def least_sds(case: Case, edge_sd_px: float) -> dict[str, float]:
-    """Least sd of D (px), pitch (a share) and angle (degrees) from edges known to `edge_sd_px`."""
-    length = WIDTH / np.cos(np.deg2rad(case.tilt_deg))
+def least_sds(case: Case, edge_sd_px: float, length: float) -> dict[str, float]:
+    """Least sd of D (px), pitch (a share) and angle (degrees) from edges known to `edge_sd_px` over
+    a length (px)."""
     columns = np.arange(-0.5 * length, 0.5 * length)
     edges = len(columns)
 
@@ -131,7 +131,9 @@ def measured(case: Case, picture: np.ndarray) -> dict[str, float]:
     row = measurer.measure(Frame(0, "picture.png", picture)).row
     diameter = row.diameter_px - case.diameter_px
     beta = np.rad2deg(row.helix_angle_rad) - case.beta_deg
+    near = measurer.warm.near
     return {
+        "length": near.s_high_px - near.s_low_px if near is not None else np.nan,
         "diameter": diameter,
         "pitch": row.pitch_px / case.pitch_px - 1.0,
         "beta": float(beta),
@@ -179,10 +181,13 @@ def set_of(
     for number, case in enumerate(bundles(strings)):
         clean = drawn(replace(case, noise=0.0), blur_px)
         edge_sd_px = noise / contrast(clean) * np.sqrt(2.0 * np.sqrt(np.pi) * blur_px)
-        least = least_sds(case, edge_sd_px)
+        found = []
         for repeat in range(repeats):
             noisy = replace(case, noise=noise, seed=case.seed + repeat)
-            rows.append({"bundle": number} | least | measured(case, drawn(noisy, blur_px)))
+            found.append(measured(case, drawn(noisy, blur_px)))
+        length = float(np.median([row["length"] for row in found]))
+        least = least_sds(case, edge_sd_px, length)
+        rows += [{"bundle": number} | least | row for row in found]
         if each:
             errors = " ".join(f"{row['diameter']:+.3f}" for row in rows[-repeats:])
             print(

@@ -33,6 +33,14 @@ def decoded(code: np.ndarray, gamma: float) -> np.ndarray:
     return np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
 
 
+def encoded(light: np.ndarray, gamma: float) -> np.ndarray:
+    """The codes of light, both in 0..1: `decoded` backwards."""
+    light = np.clip(light, 0.0, 1.0)
+    if np.isfinite(gamma):
+        return light ** (1.0 / gamma)
+    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1.0 / 2.4) - 0.055)
+
+
 def to_linear(pixels: np.ndarray, gamma: float = float("nan")) -> np.ndarray:
     """Linear light in 0..1, float32, same shape as `pixels` (uint8 or uint16, grey or BGR).
 

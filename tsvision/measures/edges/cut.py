@@ -70,6 +70,16 @@ class Cut:
         n = np.arange(-self.half_px, self.half_px + 1)
         return _black(self.sampled, self.contrast[:, ::BLACK_STEP], n, self.sight)
 
+    def strand_and_ground(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Linear colours (3,), blue, green, red, of the strands and of the ground beside them; None
+        where they are not known."""
+        if self.sampled.ndim == 2:
+            return None
+        n = np.arange(-self.half_px, self.half_px + 1)
+        contrast = self.contrast[:, ::BLACK_STEP]
+        strings, ground = _strings_and_ground(self.sampled, contrast, n, self.sight.width_px)
+        return (np.median(strings, axis=0), ground) if strings.size else None
+
 
 def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) -> Cut | None:
     """Straighten one picture and outline its strings; None when there is no contrast."""
@@ -177,15 +187,23 @@ def _black(values: np.ndarray, contrast: np.ndarray, n: np.ndarray, sight: Sight
     """The contrast of a strand without light, from the strip's values (R, M) or (R, M, 3) on the
     axis and beside it: below 0 where the ground beside bright strands is lit; NaN where no strands
     lie on the axis. What is told by a hue or by being darker does not fall below its ground."""
-    channels = 1 if values.ndim == 2 else 3
-    middle = np.abs(n) <= max(0.2 * sight.width_px, 1.0)
-    beside = np.flatnonzero(np.abs(n) > GROUND_FROM * sight.width_px)[::6]
-    strings = values[middle][contrast[middle] > 0.5].reshape(-1, channels)
+    strings, ground = _strings_and_ground(values, contrast, n, sight.width_px)
     if not strings.size:
         return float("nan")
-    ground = np.nanmedian(values[beside].reshape(-1, channels), axis=0)
     black = black_contrast(strings, ground, sight.signal)
     return max(black, 0.0) if sight.signal.in_colour or sight.sense < 0 else black
+
+
+def _strings_and_ground(
+    values: np.ndarray, contrast: np.ndarray, n: np.ndarray, width_px: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Linear colours (K, C) of what stands out on the axis, and the ground's (C,) beside it, from
+    the strip's values (R, M) or (R, M, C)."""
+    channels = 1 if values.ndim == 2 else values.shape[2]
+    middle = np.abs(n) <= max(0.2 * width_px, 1.0)
+    beside = np.flatnonzero(np.abs(n) > GROUND_FROM * width_px)[::6]
+    strings = values[middle][contrast[middle] > 0.5].reshape(-1, channels)
+    return strings, np.nanmedian(values[beside].reshape(-1, channels), axis=0)
 
 
 @numba.njit(cache=True, error_model="numpy")

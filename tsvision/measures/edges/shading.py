@@ -38,6 +38,8 @@ from tsvision.measures.numeric.smoothing import blurred
 TEMPLATE_START_PX = -14.0
 TEMPLATE_STEP_PX = 0.05
 TEMPLATE_GRID_PX = np.arange(TEMPLATE_START_PX, 30.0, TEMPLATE_STEP_PX)
+# A strand's share of each sample: half of that on the edge, else every edge lies half a step off.
+INSIDE = np.clip(0.5 + TEMPLATE_GRID_PX / TEMPLATE_STEP_PX, 0.0, 1.0)
 LAMPS_RAD = np.deg2rad(np.linspace(-90.0, 180.0, 13))
 BIN_PX = 0.25
 BINS_A_PX = 4
@@ -58,7 +60,7 @@ LIMB_LOSS = 1.0 / 3.0
 # Of a bright ground's light that is seen mirrored at the limb, before any profile is: of strands as
 # lit as LIT (in units of `black`); what sends hardly any light, up to OUTLINE, is lit from behind
 # alone, by what may be a lamp far off as well as a screen.
-MIRRORED, MIRRORED_SD = 0.3, 0.25
+MIRRORED, MIRRORED_SD = 0.2, 0.25
 OUTLINE, LIT = 1.05, 1.25
 MIRROR_POWER = (
     4  # of 1 - cos phi: Fresnel's law between 50 and 80 degrees, less steep than Schlick's
@@ -121,14 +123,35 @@ def light_shapes(
     rho_px: float, blur_px: float, lamps_rad: np.ndarray, loss: float = 0.0
 ) -> np.ndarray:
     """Blurred profiles of ambient light and of lamps (K,), (1 + K, T) on the template's grid."""
-    # The sample on the edge itself counts half, else every edge lies half a step off.
-    inside = np.clip(0.5 + TEMPLATE_GRID_PX / TEMPLATE_STEP_PX, 0.0, 1.0)
+    return _seen(INSIDE * _lit(rho_px, lamps_rad, loss), blur_px)
+
+
+def _facing(rho_px: float) -> tuple[np.ndarray, np.ndarray]:
+    """Sine and cosine (T,) of the angle that the surface faces away from the camera, as if the
+    strand's edge went on outside."""
     x = np.clip(1.0 - TEMPLATE_GRID_PX / rho_px, -1.0, 1.0)
-    facing = np.sqrt(1.0 - x * x)
-    lit = np.cos(lamps_rad)[:, None] * facing + np.sin(lamps_rad)[:, None] * x
-    sent = inside * (1.0 - loss * (1.0 - facing) ** 5)
-    shapes = sent * np.vstack([np.ones_like(x), np.maximum(lit, 0.0)])
-    return _seen(shapes, blur_px)
+    return x, np.sqrt(1.0 - x * x)
+
+
+def _lit(rho_px: float, lamps_rad: np.ndarray, loss: float) -> np.ndarray:
+    """What the surface sends (1 + K, T) of ambient light and of lamps (K,)."""
+    x, facing = _facing(rho_px)
+    falls = np.cos(lamps_rad)[:, None] * facing + np.sin(lamps_rad)[:, None] * x
+    sent = 1.0 - loss * (1.0 - facing) ** 5
+    return np.asarray(sent * np.vstack([np.ones_like(x), np.maximum(falls, 0.0)]))
+
+
+def _mirrored(rho_px: float) -> np.ndarray:
+    """What the surface mirrors (T,) of a bright ground, 1 at the limb."""
+    return np.asarray((1.0 - _facing(rho_px)[1]) ** MIRROR_POWER)
+
+
+def surface_contrast(shading: Shading) -> np.ndarray:
+    """The signal (T,) of the strand's surface itself, not blurred and without the ground beside
+    it."""
+    light = np.concatenate([[shading.ambient], shading.lamps])
+    lit = light @ _lit(shading.rho_px, LAMPS_RAD, shading.loss)
+    return np.asarray(lit - shading.mirrored * _mirrored(shading.rho_px))
 
 
 def _seen(shapes: np.ndarray, blur_px: float) -> np.ndarray:
@@ -139,10 +162,7 @@ def _seen(shapes: np.ndarray, blur_px: float) -> np.ndarray:
 @lru_cache(maxsize=8)
 def mirror_shape(rho_px: float, blur_px: float) -> np.ndarray:
     """Blurred profile (T,) of what limbs mirror of the ground, 1 at the limb; to be read only."""
-    inside = np.clip(0.5 + TEMPLATE_GRID_PX / TEMPLATE_STEP_PX, 0.0, 1.0)
-    x = np.clip(1.0 - TEMPLATE_GRID_PX / rho_px, -1.0, 1.0)
-    sent = inside * (1.0 - np.sqrt(1.0 - x * x)) ** MIRROR_POWER
-    shape = _seen(sent[None], blur_px)[0]
+    shape = _seen((INSIDE * _mirrored(rho_px))[None], blur_px)[0]
     shape.flags.writeable = False
     return shape
 
@@ -169,7 +189,7 @@ def make_shading(
 ) -> Shading:
     """Shading with its template; `lamps` (13,) carry their sign (< 0: they reduce the contrast)."""
     shapes = lamp_shapes(rho_px, blur_px, loss)
-    lost = mirrored * mirror_shape(rho_px, blur_px)
+    lost = mirrored * mirror_shape(rho_px, blur_px) if mirrored else 0.0
     template = np.concatenate([[ambient], lamps]) @ shapes - lost
     step = limb_level(ambient, lamps) * shapes[0] - lost
     return Shading(
@@ -185,6 +205,11 @@ def make_shading(
         template=template,
         step=step,
     )
+
+
+def raised(shading: Shading, added: np.ndarray) -> Shading:
+    """The shading with a template that is higher by `added` (T,)."""
+    return replace(shading, template=shading.template + added)
 
 
 def limb_level(ambient: float, lamps: np.ndarray) -> float:

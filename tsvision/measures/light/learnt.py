@@ -21,10 +21,11 @@ from tsvision.measures.edges.cut import BURNT_OUT, LOST, Cut, cut_frame
 from tsvision.measures.edges.shading import plain_shading
 from tsvision.measures.edges.tones import faint_tone
 from tsvision.measures.helix.silhouette import Section
-from tsvision.measures.helix.uncertainty import light_sd_px
+from tsvision.measures.helix.uncertainty import light_sd_px, place_sd_px
 from tsvision.measures.light.profiles import learn_shading
 from tsvision.measures.light.rounds import EdgeLook, Round, less_sure
 from tsvision.measures.light.settle import settle
+from tsvision.measures.light.stored import stored_in
 from tsvision.measures.light.witness import Witness, heard
 
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
@@ -40,6 +41,7 @@ SURER = 0.6
 # Thinner than by colour, whose blocks add less, from which on lit limbs are as bright as ground:
 # px, of a strand's radius, of which such limbs are a fair part, and of sds of the width by colour.
 FADED_PX, FADED_RHO, UNSURE = 3.0, 0.6, 2.0
+MOST_PX = 3.0  # of a width, that storing a colour at half the resolution may move its edges by
 SHOWN = 75.0  # per cent of the frames whose cores show less: most may be of hardly a turn
 FEWEST = 2  # frames that tell
 LEAST_COST_PX2 = 1e-3  # of edges that fit: less is noise
@@ -129,9 +131,30 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     other = _learnt_by(LUMA, learnt, section, half_px)
     if other is None:
         return learnt
+    learnt = _as_stored(learnt, other.edge, section)
     if _tells_more(other.edge, learnt.edge):
         return other
     return replace(learnt, edge=_joined(learnt.edge, other.edge))
+
+
+def _as_stored(learnt: Learnt, bright: EdgeLook, section: Section) -> Learnt:
+    """The same, where brightness shows how sharp the picture is, with its edges where they lie once
+    what storing a colour at half the resolution makes of them is undone; half of that counts as not
+    known. What is sought in every column stays as blurred as the file shows it: anything sharper
+    follows the blocks."""
+    edge = learnt.edge
+    if learnt.sight.signal.way is not Way.HUE or not bright.last.frames:
+        return learnt
+    stored = stored_in(learnt.cuts, bright.shading[0].blur_px, edge.shading[0].blur_px)
+    if stored is None:
+        return learnt
+    undone = settle(learnt.cuts, section, replace(edge, stored=stored))
+    wider_px = undone.diameter_px - edge.diameter_px
+    if abs(wider_px) > MOST_PX:  # rounds that did not settle
+        return learnt
+    upper, lower = (replace(s, beyond_px=s.beyond_px + 0.5 * wider_px) for s in edge.shading)
+    moved = replace(edge, shading=(upper, lower), diameter_px=undone.diameter_px)
+    return replace(learnt, edge=less_sure(moved, place_sd_px(0.5 * wider_px)))
 
 
 def _learnt_by(signal: Signal, learnt: Learnt, section: Section, half_px: int) -> Learnt | None:

@@ -16,7 +16,7 @@ import numpy as np
 from tsvision.measures.edges.cut import Cut
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.edges.find import find_edges
-from tsvision.measures.edges.shading import Shading
+from tsvision.measures.edges.shading import Shading, raised
 from tsvision.measures.helix.bundle import SWINGS, BundleFit, fit_window, swing_px
 from tsvision.measures.helix.silhouette import RHO, Y0, Section
 from tsvision.measures.helix.uncertainty import light_sd_px
@@ -33,6 +33,7 @@ from tsvision.measures.light.blur import (
 from tsvision.measures.light.profiles import black_of, edge_profiles
 from tsvision.measures.light.shading_fit import fit_shading
 from tsvision.measures.light.shape import Shape, hidden_px, shape_of, trust_of
+from tsvision.measures.light.stored import Stored, coded, without
 
 AIMS, AIMED_PX = 3, 0.5  # times, until edges are looked along no farther than so from the true
 SUREST_PX = 0.05  # sd of a width: none is surer
@@ -67,7 +68,8 @@ class EdgeLook:
     """shading of the upper and lower edge; diameter_px of the bundles fitted; trust: how much
     either edge counts in a fit; steady: whether the frames are equally sharp; hidden_px: how much
     of the width may lie beyond edges that are no strand's; apart_px: sd of the widths that frames
-    show, where rounds went to and fro; last: the round that taught it."""
+    show, where rounds went to and fro; stored: how files keep the colour that strings are told by,
+    where that is to be undone; last: the round that taught it."""
 
     shading: tuple[Shading, Shading]
     diameter_px: float
@@ -75,6 +77,7 @@ class EdgeLook:
     steady: bool = True
     hidden_px: float = 0.0
     apart_px: float = 0.0
+    stored: Stored | None = None
     last: Round = Round()
 
     @property
@@ -120,7 +123,7 @@ def next_look(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
         shown=frozenset(id(f.cut) for f in fits),
     )
     fitted = replace(look, diameter_px=diameter, steady=steady, last=found)
-    taught = _taught(fits, shape, look.shading[0].blur_px)
+    taught = _taught(fits, shape, look)
     if taught is None:  # what the round before moved edges by is not proved
         return less_sure(fitted, look.last.moved_px)
     (upper, lower), places_px = taught
@@ -153,7 +156,7 @@ def widths_px(cuts: list[Cut], section: Section, look: EdgeLook) -> dict[int, fl
 
 
 def _taught(
-    fits: list[_Fitted], shape: Shape, blur_px: float
+    fits: list[_Fitted], shape: Shape, look: EdgeLook
 ) -> tuple[tuple[Shading, Shading], np.ndarray] | None:
     """The shading of either side that the mean edges along some bundles teach, and (2,) where the
     true edges lie; None where too little is seen.
@@ -161,8 +164,9 @@ def _taught(
     Along an outline far from the true one, as of bundles whose dark limb was taken to end where
     its light does, the mean edge is smeared: lobes are as high as their strands are thick. So
     bundles are made as thick as they are said to be, and looked along again.
+    What storing made of the edges is taken off by what the light known so far says of it.
     """
-    shading, places_px = None, np.zeros(2)
+    shading, places_px, light = None, np.zeros(2), look.shading
     for _ in range(AIMS):
         aimed = [_moved(f.bundle, places_px) for f in fits]
         rho = float(np.median([b.fit.p[RHO] for b in aimed]))
@@ -173,15 +177,21 @@ def _taught(
         )
         if mean is None:
             break
+        if look.stored is not None:
+            added = (coded(look.stored, light[0]), coded(look.stored, light[1]))
+            mean = (without(mean[0], added[0]), without(mean[1], added[1]))
         upper, lower, off_px = fit_shading(
             mean,
             rho,
             black_of([f.cut for f in fits]),
-            blur_px,
+            look.shading[0].blur_px,
             replace(shape, width_px=shape.width_px - float(places_px.sum())),
             grooved=fits[0].bundle.fit.section.count > 2 and not fits[0].cut.in_colour,
         )
+        if look.stored is not None:
+            upper, lower = raised(upper, added[0]), raised(lower, added[1])
         shading, places_px = (upper, lower), places_px + off_px
+        light = shading
         if np.abs(off_px).max() < AIMED_PX:
             break
     return None if shading is None else (shading, places_px)
