@@ -12,6 +12,10 @@ from tsvision.measures.edges.edges import Edges
 SOME = 3  # columns apart that tell typical light and shading
 # Smoothed so far along ridges and across them, of the half width, and by so much at least.
 ALONG, ACROSS, LEAST_SMOOTH_PX = 0.6, 0.15, 0.8
+# Stretches of half a diameter, and times their mean slope's standard error that it is: neighbours
+# are not independent. Bare silhouettes show up to 4, strands in light 6 to 90.
+FEWEST_STRETCHES = 4
+UNLIKE, ALIKE = 4.0, 7.0
 PAIRED_FROM_PX = 4.0  # of smoothing along: pairs of columns tell as much as each
 
 
@@ -26,17 +30,30 @@ def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float)
     Ridges run along the bundle more than across: noise is smoothed away along it.
     Positive: ridges run from lower to higher n with growing s.
     """
-    channels = [light] if light.ndim == 2 else [light[..., c] for c in range(light.shape[2])]
-    slopes = [_products(np.asarray(one), centre_row, half_width_px) for one in channels]
-    product, total = (sum(part) for part in zip(*slopes, strict=True))
+    return _slope(*_products(light, centre_row, half_width_px))
+
+
+def _slope(product: np.ndarray, total: np.ndarray) -> float:
     # A ridge along n = m s has gx = -m gy: the product's sign is opposite to the slope's.
-    return -2.0 * product / total if total > 0 else 0.0
+    whole = float(total.sum())
+    return -2.0 * float(product.sum()) / whole if whole > 0 else 0.0
 
 
 def _products(
     light: np.ndarray, centre_row: np.ndarray, half_width_px: float
-) -> tuple[float, float]:
-    """sum(gx gy) and the sum of both squares of one channel (R, M)."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """gx gy and the sum of both squares, each summed across the strip, along it (K,); of all
+    channels."""
+    channels = [light] if light.ndim == 2 else [light[..., c] for c in range(light.shape[2])]
+    each = [_of_channel(np.asarray(one), centre_row, half_width_px) for one in channels]
+    product, total = (np.sum(part, axis=0) for part in zip(*each, strict=True))
+    return product, total
+
+
+def _of_channel(
+    light: np.ndarray, centre_row: np.ndarray, half_width_px: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same of one channel (R, M)."""
     reach = max(int(half_width_px), 2)
     along_px, across_px = (max(share * half_width_px, LEAST_SMOOTH_PX) for share in (ALONG, ACROSS))
     step = 2 if along_px > PAIRED_FROM_PX and light.shape[1] > 2 else 1
@@ -66,12 +83,12 @@ def _products(
     gy = 0.5 * (log[2:, 1:-1] - log[:-2, 1:-1])
     # The mean shading across carries no slope.
     gy = gy - row_medians(gy[:, ::SOME])[:, None].astype(np.float32)
-    return float((gx * gy).sum()), float((gx * gx + gy * gy).sum())
+    return (gx * gy).sum(axis=0), (gx * gx + gy * gy).sum(axis=0)
 
 
 def slope_between(cut: Cut, edges: Edges, diameter_px: float) -> float:
-    """`ridge_slope` along the middle between a bundle's edges; NaN where less than D of them is
-    known."""
+    """`ridge_slope` along the middle between a bundle's edges, as far as the bundle shows it all
+    along; NaN where less than D of them is known."""
     known = (edges.upper_weight > 0) & (edges.lower_weight > 0)
     if known.sum() < diameter_px:
         return float("nan")
@@ -80,7 +97,26 @@ def slope_between(cut: Cut, edges: Edges, diameter_px: float) -> float:
     first, last = index[0], index[-1] + 1
     centre = np.interp(s, index, 0.5 * (edges.upper_px + edges.lower_px)[index])[first:last]
     light = cut.light if cut.colours is None else cut.colours
-    return ridge_slope(light[:, first:last], centre + cut.half_px, 0.25 * diameter_px)
+    product, total = _products(light[:, first:last], centre + cut.half_px, 0.25 * diameter_px)
+    if not total.size:
+        return 0.0
+    size = round(0.5 * diameter_px * total.size / (last - first))
+    return _slope(product, total) * _shown(product, total, max(size, 1))
+
+
+def _shown(product: np.ndarray, total: np.ndarray, size: int) -> float:
+    """0 to 1: whether stretches of so many columns show ridges that slope alike. An outline's do
+    not, where blur draws it in: it rises and falls; nor does noise. Of few
+    stretches nothing can be said."""
+    count = total.size // size
+    if count < FEWEST_STRETCHES:
+        return 1.0
+    part = slice(0, count * size)
+    of_each = total[part].reshape(count, size).sum(axis=1)
+    slopes = product[part].reshape(count, size).sum(axis=1) / np.maximum(of_each, 1e-12)
+    error = float(slopes.std(ddof=1)) / np.sqrt(count)
+    times = abs(float(slopes.mean())) / max(error, 1e-12)
+    return float(np.clip((times - UNLIKE) / (ALIKE - UNLIKE), 0.0, 1.0))
 
 
 def handedness_of(slope: float) -> str:
