@@ -100,10 +100,8 @@ def fresnel(facing: np.ndarray) -> np.ndarray:
     return 0.5 * (across + along) - 0.04
 
 
-@pytest.mark.parametrize(
-    ("rho_px", "blur_px"), [(8.0, 0.6), (8.0, 1.0), (14.0, 0.6), (14.0, 1.0), (14.0, 1.5)]
-)
-@pytest.mark.parametrize("share", [0.0, 0.5, 0.9])
+@pytest.mark.parametrize(("rho_px", "blur_px"), [(8.0, 0.6), (8.0, 1.0), (14.0, 1.5)])
+@pytest.mark.parametrize("share", [0.0, 0.9])
 def test_an_outline_may_mirror_the_screen_behind_it(
     rho_px: float, blur_px: float, share: float
 ) -> None:
