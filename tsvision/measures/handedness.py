@@ -12,11 +12,11 @@ from tsvision.measures.edges.edges import Edges
 SOME = 3  # columns apart that tell typical light and shading
 # Smoothed so far along ridges and across them, of the half width, and by so much at least.
 ALONG, ACROSS, LEAST_SMOOTH_PX = 0.6, 0.15, 0.8
-# Stretches of half a diameter, and times their mean slope's standard error that it is: neighbours
-# are not independent. Bare silhouettes show up to 4, strands in light 6 to 90.
+PAIRED_FROM_PX = 4.0  # of smoothing along: pairs of columns tell as much as each
+# Stretches as long as the rows used are high, and times its standard error that their mean slope
+# is: neighbours are not independent. Bare silhouettes show up to 4, strands in light 6 to 90.
 FEWEST_STRETCHES = 4
 UNLIKE, ALIKE = 4.0, 7.0
-PAIRED_FROM_PX = 4.0  # of smoothing along: pairs of columns tell as much as each
 
 
 def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float) -> float:
@@ -27,16 +27,17 @@ def ridge_slope(light: np.ndarray, centre_row: np.ndarray, half_width_px: float)
     which the strip is straightened so that coiling does not count; half_width_px: rows used on
     either side (keep inside the edges, whose own slope alternates). Its logarithm is taken, so that
     lit and shadow side weigh alike and backlit strands, dark all over, still show their ridges.
-    Ridges run along the bundle more than across: noise is smoothed away along it.
+    Ridges run along the bundle more than across: noise is smoothed away along it. What stretches of
+    the bundle do not show alike counts as less, down to 0: an outline's notches, noise.
     Positive: ridges run from lower to higher n with growing s.
     """
-    return _slope(*_products(light, centre_row, half_width_px))
-
-
-def _slope(product: np.ndarray, total: np.ndarray) -> float:
-    # A ridge along n = m s has gx = -m gy: the product's sign is opposite to the slope's.
+    product, total = _products(light, centre_row, half_width_px)
     whole = float(total.sum())
-    return -2.0 * float(product.sum()) / whole if whole > 0 else 0.0
+    if not whole > 0:
+        return 0.0
+    size = max(round(2.0 * half_width_px * total.size / light.shape[1]), 1)
+    # A ridge along n = m s has gx = -m gy: the product's sign is opposite to the slope's.
+    return -2.0 * float(product.sum()) / whole * _alike(product, total, size)
 
 
 def _products(
@@ -87,8 +88,8 @@ def _of_channel(
 
 
 def slope_between(cut: Cut, edges: Edges, diameter_px: float) -> float:
-    """`ridge_slope` along the middle between a bundle's edges, as far as the bundle shows it all
-    along; NaN where less than D of them is known."""
+    """`ridge_slope` along the middle between a bundle's edges; NaN where less than D of them is
+    known."""
     known = (edges.upper_weight > 0) & (edges.lower_weight > 0)
     if known.sum() < diameter_px:
         return float("nan")
@@ -97,17 +98,13 @@ def slope_between(cut: Cut, edges: Edges, diameter_px: float) -> float:
     first, last = index[0], index[-1] + 1
     centre = np.interp(s, index, 0.5 * (edges.upper_px + edges.lower_px)[index])[first:last]
     light = cut.light if cut.colours is None else cut.colours
-    product, total = _products(light[:, first:last], centre + cut.half_px, 0.25 * diameter_px)
-    if not total.size:
-        return 0.0
-    size = round(0.5 * diameter_px * total.size / (last - first))
-    return _slope(product, total) * _shown(product, total, max(size, 1))
+    return ridge_slope(light[:, first:last], centre + cut.half_px, 0.25 * diameter_px)
 
 
-def _shown(product: np.ndarray, total: np.ndarray, size: int) -> float:
-    """0 to 1: whether stretches of so many columns show ridges that slope alike. An outline's do
-    not, where blur draws it in: it rises and falls; nor does noise. Of few
-    stretches nothing can be said."""
+def _alike(product: np.ndarray, total: np.ndarray, size: int) -> float:
+    """0 to 1: whether ridges slope alike in stretches of so many columns. An outline's do not,
+    where blur draws it in: it falls and rises; nor does noise. Of few stretches nothing can be
+    said."""
     count = total.size // size
     if count < FEWEST_STRETCHES:
         return 1.0

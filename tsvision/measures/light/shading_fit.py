@@ -50,9 +50,9 @@ AMBIENT_SHARE, AMBIENT_SD = 0.4, 0.3  # of lit strands; before a bright ground n
 TIE_SD = 0.1  # how much a lamp may differ between the two limbs
 FLOOR = 0.003  # of a profile's span: what the model cannot describe at the limb, ...
 FLOOR_GROWTH = 20.0  # ... growing inwards, where neighbours shade and gleam
-LEAST_LIT = (
-    1.0 / 3.0
-)  # of a dark strand's own light that counts: an outline has hardly any to shade
+# Of the light that a dark strand sends itself, over its contrast: an outline has hardly any to
+# shade or to gleam with.
+LEAST_LIT = 1.0 / 3.0
 HELD_SD = 0.01  # of a share that nothing tells
 REWEIGHED, REWEIGHED_BINS = 2, 9  # times, over this stretch of a profile
 RIVAL = 1.5  # times the best cost
