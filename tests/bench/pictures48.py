@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from tests.bench.pictures48_draw import HEIGHT, WIDTH, Case, cases, draw, draw_mesh
+from tests.bench.pictures48_draw import Case, cases, draw, draw_mesh, mesh_plotter
 from tests.bench.pictures48_peers import PEERS
 from tsvision.measures.recording import Measurer
 from tsvision.records import Frame, Rig, Strings, View
@@ -186,14 +186,7 @@ def main() -> None:
         "--untold", action="store_true", help="do not tell N; count how often it is found"
     )
     given = parser.parse_args()
-    plotter = None
-    if given.mesh:
-        import pyvista
-
-        from synth.view3d import require_opengl
-
-        require_opengl()
-        plotter = pyvista.Plotter(off_screen=True, window_size=[4 * WIDTH, 4 * HEIGHT])
+    plotter = mesh_plotter() if given.mesh else None
     if given.untold:
         print("| N | found | else taken for | median confidence |\n| --- | --- | --- | --- |")
         for strings in given.strings:

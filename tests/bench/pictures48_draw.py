@@ -123,6 +123,17 @@ def stored(linear: np.ndarray, case: Case, blur_px: float) -> np.ndarray:
     return (255.0 * np.clip(noisy, 0.0, 1.0) + 0.5).astype(np.uint8)
 
 
+def mesh_plotter() -> Any:
+    """What `draw_mesh` draws with, four times as fine as a picture; raises where there is no
+    OpenGL."""
+    import pyvista
+
+    from synth.view3d import require_opengl
+
+    require_opengl()
+    return pyvista.Plotter(off_screen=True, window_size=[4 * WIDTH, 4 * HEIGHT])
+
+
 def draw_mesh(case: Case, plotter: Any, blur_px: float = 1.0, headlight: bool = True) -> np.ndarray:
     """The same case by pyvista's tubes and headlight, four times finer and averaged; without
     `headlight` strands are as bright at their limbs as in their middles.

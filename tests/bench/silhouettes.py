@@ -37,13 +37,12 @@ from synth.presets import look_named
 from synth.settings import Look
 from tests.bench.pictures48_draw import (
     GAMMA,
-    HEIGHT,
-    WIDTH,
     Case,
     cases,
     centre_lines,
     draw,
     draw_mesh,
+    mesh_plotter,
 )
 from tests.bench.scoring import held, rms
 from tsvision.measures.recording import Measurer
@@ -209,14 +208,7 @@ def main() -> None:
     parser.add_argument("--each", action="store_true", help="every bundle, on stderr")
     given = parser.parse_args()
     look = FLAT if given.flat else look_named("backlit")
-    plotter = None
-    if given.mesh:
-        import pyvista
-
-        from synth.view3d import require_opengl
-
-        require_opengl()
-        plotter = pyvista.Plotter(off_screen=True, window_size=[4 * WIDTH, 4 * HEIGHT])
+    plotter = mesh_plotter() if given.mesh else None
 
     def drawn(case: Case, blur_px: float) -> np.ndarray:
         if given.mesh:

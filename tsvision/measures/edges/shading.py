@@ -62,9 +62,7 @@ LIMB_LOSS = 1.0 / 3.0
 # alone, by what may be a lamp far off as well as a screen.
 MIRRORED, MIRRORED_SD = 0.2, 0.25
 OUTLINE, LIT = 1.05, 1.25
-MIRROR_POWER = (
-    4  # of 1 - cos phi: Fresnel's law between 50 and 80 degrees, less steep than Schlick's
-)
+MIRROR_POWER = 4  # of 1 - cos phi: Fresnel's law from 50 to 80 degrees; Schlick's is steeper
 RAMPS = 2  # unknowns that they are, for either sign: a light fit by nnls has no negative ones
 
 
