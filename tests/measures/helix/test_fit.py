@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
 from tsvision.measures.edges.edges import Edges
+from tsvision.measures.helix.crowded import given_way
 from tsvision.measures.helix.fit import fit_helix
 from tsvision.measures.helix.section import pair_core
 from tsvision.measures.helix.silhouette import (
     COILED,
+    CROWD,
     EDGE,
     KC,
     OPEN,
@@ -24,23 +28,35 @@ from tsvision.measures.helix.silhouette import (
     TILT,
     Y0,
     K,
+    Section,
     model_edges,
     rounded_off,
+    waves,
 )
 
 
 def parameters(**values: float) -> np.ndarray:
-    """(11,) with the names as given, the rest 0."""
+    """(12,) with the names as given, the rest 0."""
     place = {"rho": RHO, "k": K, "phi": PHI, "y0": Y0, "slope": SLOPE, "rc": RC, "kc": KC,
-             "phic": PHIC, "edge": EDGE, "tilt": TILT, "open": OPEN}  # fmt: skip
+             "phic": PHIC, "edge": EDGE, "tilt": TILT, "open": OPEN, "crowd": CROWD}  # fmt: skip
     p = np.zeros(PARAMETERS)
     for name, value in values.items():
         p[place[name]] = value
     return p
 
 
-def centre(p: np.ndarray, a: float, angle: float, z: np.ndarray) -> np.ndarray:
+def section_of(strings: int, p: np.ndarray) -> Section:
+    """The section, and what its strands give where that is asked."""
+    section = pair_core(strings)
+    if p[CROWD] == 0.0:
+        return section
+    return replace(section, give_d=given_way(section, 0.8, 0.3))
+
+
+def centre(p: np.ndarray, section: Section, strand: int, z: np.ndarray) -> np.ndarray:
     """Projected strand centre (s, y), built from the line's Frenet frame and nothing else."""
+    a = 2.0 * p[RHO] * (1.0 + p[OPEN]) * section.radius_d[strand]
+    angle = section.angle_rad[strand]
     rc, kc = p[RC], p[KC]
     theta = kc * z + p[PHIC]
     if rc == 0.0:
@@ -52,18 +68,23 @@ def centre(p: np.ndarray, a: float, angle: float, z: np.ndarray) -> np.ndarray:
     normal = np.stack([0 * z, -np.cos(theta), -np.sin(theta)])
     binormal = np.cross(tangent, normal, axis=0)
     psi = p[K] * z + p[PHI] + angle
-    along, height, depth = line + a * (np.cos(psi) * normal + np.sin(psi) * binormal)
+    outward = np.cos(psi) * normal + np.sin(psi) * binormal
+    around = np.cos(psi) * binormal - np.sin(psi) * normal
+    out, on = np.zeros((2, z.size))
+    if section.give_d is not None:
+        out, on = 2.0 * p[RHO] * p[CROWD] * (section.give_d[strand] @ waves(psi))
+    along, height, depth = line + (a + out) * outward + on * around
     return np.stack([along + p[TILT] * depth, height])
 
 
 def discs(p: np.ndarray, count: int, strings: int) -> tuple[np.ndarray, np.ndarray]:
     """Upper and lower edge at z = -count/2 ..., as the union of discs of radius rho."""
-    section = pair_core(strings)
+    section = section_of(strings, p)
     z = np.arange(-0.5 * count - 60.0, 0.5 * count + 60.0, 0.01)
     at = np.arange(count) - 0.5 * (count - 1)
     upper, lower = np.full(count, -np.inf), np.full(count, np.inf)
-    for radius, angle in zip(section.radius_d, section.angle_rad, strict=True):
-        s, y = centre(p, 2.0 * p[RHO] * (1.0 + p[OPEN]) * radius, angle, z)
+    for strand in range(section.count):
+        s, y = centre(p, section, strand, z)
         for i, x in enumerate(at):
             near = np.abs(s - x) < p[RHO]
             half = np.sqrt(p[RHO] ** 2 - (s[near] - x) ** 2)
@@ -83,6 +104,7 @@ SHAPES = [
     (6, parameters(rho=4.0, k=0.08, phi=0.3, open=0.2)),
     (6, parameters(rho=4.0, k=0.08, phi=0.3, tilt=0.08, open=0.2)),
     (4, parameters(rho=4.0, k=0.1, phi=0.3, rc=3.0, kc=0.07, phic=0.8, open=0.1)),
+    (6, parameters(rho=4.0, k=0.07, phi=0.3, rc=3.0, kc=0.06, phic=0.8, crowd=0.6)),
 ]
 
 
@@ -92,7 +114,7 @@ def test_the_silhouette_is_the_union_of_discs(strings: int, p: np.ndarray) -> No
     of 0.4 px between contact points cut its corners."""
     atol = 0.002 if p[RC] == 0.0 else 0.02
     count = 90
-    upper, lower = model_edges(p, pair_core(strings), -0.5 * (count - 1), count)
+    upper, lower = model_edges(p, section_of(strings, p), -0.5 * (count - 1), count)
     want_upper, want_lower = discs(p, count, strings)
     np.testing.assert_allclose(upper, want_upper, atol=atol)
     np.testing.assert_allclose(lower, want_lower, atol=atol)
@@ -110,10 +132,12 @@ def test_the_gradient_is_that_of_finite_differences(strings: int, p: np.ndarray)
     from tsvision.measures.helix.fit import UNHELD, Problem, _normal_equations
 
     count, z0 = 80, -39.5
-    section = pair_core(strings)
+    section = section_of(strings, p)
     ones = np.ones((2, count))
     exact = np.stack(model_edges(p, section, z0, count))
     asked = (*(STRAIGHT if p[RC] == 0.0 else COILED), TILT, OPEN)
+    if p[CROWD] != 0.0:
+        asked = (*asked, CROWD)
 
     def right_side(index: int, side: int) -> float:
         # Edges seen 1 px above the model: the right side is the gradient's sum.
@@ -121,13 +145,14 @@ def test_the_gradient_is_that_of_finite_differences(strings: int, p: np.ndarray)
         seen[side] += 1.0
         normal, right = np.empty((PARAMETERS, PARAMETERS)), np.empty(PARAMETERS)
         free = np.arange(PARAMETERS)
-        outline = section.radius_d, section.angle_rad
+        give = np.zeros((section.count, 2, 5)) if section.give_d is None else section.give_d
+        outline = section.radius_d, section.angle_rad, give
         problem = Problem(*outline, z0, seen, ones, ones, 1e4, 0.35, UNHELD)
         _normal_equations(p, free, problem, normal, right)
         return float(right[index])
 
     for index in asked:
-        step = 1e-4 * (1.0 if index in (RHO, PHI, Y0, RC, PHIC, EDGE, TILT, OPEN) else 1e-2)
+        step = 1e-4 * (1.0 if index in (RHO, PHI, Y0, RC, PHIC, EDGE, TILT, OPEN, CROWD) else 1e-2)
         moved = []
         for sign in (1.0, -1.0):
             q = p.copy()
@@ -217,9 +242,14 @@ def test_a_fit_of_exact_edges_returns_what_drew_them(strings: int, p: np.ndarray
     start[RHO] *= 1.05
     start[PHI] += 0.1
     free = tuple(i for i in (STRAIGHT if p[RC] == 0.0 else COILED) if i != EDGE)
-    fit = fit_helix(seen, pair_core(strings), start, free)
-    section = pair_core(strings)
-    drawn = 2.0 * p[RHO] * (1.0 + 2.0 * section.radius_d.max() * (1.0 + p[OPEN]))
+    if p[CROWD] > 0.0:
+        start[CROWD], free = 0.3, (*free, CROWD)
+    section = section_of(strings, p)
+    fit = fit_helix(seen, section, start, free)
+    out = (1.0 + p[OPEN]) * section.radius_d
+    if section.give_d is not None:
+        out = out[:, None] + p[CROWD] * (section.give_d[:, 0] @ waves(np.linspace(0.0, 6.3, 400)))
+    drawn = 2.0 * p[RHO] * (1.0 + 2.0 * out.max())
     assert fit.diameter_px == pytest.approx(drawn, abs=0.02 if p[RC] == 0.0 else 0.04)
     assert fit.p[K] == pytest.approx(p[K], rel=1e-3)
     assert fit.rms_px < 0.03

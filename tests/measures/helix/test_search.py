@@ -27,7 +27,7 @@ NAN = float("nan")
 
 
 def eight(diameter_px: float, rate: float, phase: float = 0.4) -> np.ndarray:
-    """(11,) a straight bundle of eight strands."""
+    """(12,) a straight bundle of eight strands."""
     p = np.zeros(PARAMETERS)
     p[RHO], p[K], p[PHI] = 0.5 * diameter_px / pair_core(8).diameter_d, rate, phase
     return p
@@ -56,7 +56,7 @@ def test_the_edge_that_is_trusted_tells_where_the_axis_lies(seed: int) -> None:
 
 
 def coiled(passes: float) -> np.ndarray:
-    """(11,) eight strands that coil by 0.14 D every 63 px, strands and coil passing so often."""
+    """(12,) eight strands that coil by 0.14 D every 63 px, strands and coil passing so often."""
     p = eight(23.0, 0.0)
     p[RC], p[KC], p[PHIC] = 3.2, 0.1, 1.0
     p[K] = passes - p[KC]

@@ -54,7 +54,7 @@ def _better(
     expected: float,
     scale_px: float,
 ) -> HelixFit:
-    """The best of a fit and of those that follow from `starts`, (11,) each."""
+    """The best of a fit and of those that follow from `starts`, (12,) each."""
     wide = 2.0 * scale_px / small.factor
     tried = [
         descend(small.edges, best.section, small.down(p), FREE_COILED, wide, STEPS) for p in starts
@@ -94,7 +94,7 @@ def _phases(fit: HelixFit) -> np.ndarray:
 
 
 def _turned(fit: HelixFit, rate: float, phase: float) -> np.ndarray:
-    """(11,) the same coil with other strands about it."""
+    """(12,) the same coil with other strands about it."""
     p: np.ndarray = fit.p.copy()
     p[[K, PHI]] = rate, phase
     return p

@@ -10,6 +10,7 @@ import numpy as np
 from tsvision.measures.edges.edges import SEEN, Edges
 from tsvision.measures.helix.band import Band, full_band
 from tsvision.measures.helix.branches import best_branch
+from tsvision.measures.helix.crowded import crowded
 from tsvision.measures.helix.fit import HelixFit
 from tsvision.measures.helix.search import (
     coil_at,
@@ -127,6 +128,8 @@ def fit_window(
                 break
     if best is None:
         return None
+    if best.coiled and not holds:
+        best = crowded(part, best, scale_px)
     carried = before.carried + 1 if holds and before is not None else 0
     if best.coiled:
         sought = 0.0
@@ -247,7 +250,8 @@ def _carried_on(
     if not fit.coiled:
         return search_straight(part, section, diameter, band, scale_px)
     coil = coil_at(part, float(fit.p[KC]))
-    return search_coiled(part, section, diameter, [band], [coil], scale_px)
+    coiled = search_coiled(part, section, diameter, [band], [coil], scale_px)
+    return None if coiled is None else crowded(part, coiled, scale_px)
 
 
 def _holds(warm: HelixFit | None, before: BundleFit | None) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.helix.relief import explained
 from tsvision.measures.helix.silhouette import (
+    CROWD,
     KC,
     OPEN,
     PARAMETERS,
@@ -37,7 +38,7 @@ LEAST_GAIN = 1e-5  # of what is left, by which a step has to better a fit to be 
 
 
 class Hold(NamedTuple):
-    """What is known of free parameters beforehand: px2 (11,), px^2 that lying 1 off toward (11,)
+    """What is known of free parameters beforehand: px2 (12,), px^2 that lying 1 off toward (12,)
     costs."""
 
     toward: np.ndarray
@@ -48,13 +49,14 @@ UNHELD = Hold(np.zeros(PARAMETERS), np.zeros(PARAMETERS))
 
 
 class Problem(NamedTuple):
-    """What a silhouette is fitted to. site_radius, site_angle (N,): the section's outer strands;
-    observed (2, M): edges at z0_px, z0_px + 1, ..., each counted by weights (2, M), and its
-    residual by worth (2, M); scale_px: residual at which an edge point begins to count less;
+    """What a silhouette is fitted to. site_radius, site_angle (N,), site_give (N, 2, 5): strands of
+    the section; observed (2, M): edges at z0_px, z0_px + 1, ..., each counted by weights (2, M),
+    and its residual by worth (2, M); scale_px: residual from which an edge point counts less;
     step_px: sampling along a strand; hold: of the free parameters."""
 
     site_radius: np.ndarray
     site_angle: np.ndarray
+    site_give: np.ndarray
     z0_px: float
     observed: np.ndarray
     weights: np.ndarray
@@ -66,7 +68,7 @@ class Problem(NamedTuple):
 
 @dataclass(frozen=True)
 class HelixFit:
-    """Result of a fit: `p` (11,) and its covariance (11, 11), rms residual px (counted by `worth`),
+    """Result of a fit: `p` (12,) and its covariance (12, 12), rms residual px (counted by `worth`),
     robust cost; blur_px of the edges fitted; relief: share of the light inside that it explains, 0
     where not looked at."""
 
@@ -102,9 +104,11 @@ class HelixFit:
 
     @property
     def strands_off_px(self) -> np.ndarray:
-        """How far each strand's centre lies from the bundle's, (N,)."""
-        off: np.ndarray = 2.0 * self.p[RHO] * (1.0 + self.p[OPEN]) * self.section.radius_d
-        return off
+        """How far each strand's centre lies from the bundle's, (N,); in a bend, in the mean."""
+        off_d = (1.0 + self.p[OPEN]) * self.section.radius_d
+        if self.section.give_d is not None:
+            off_d = off_d + self.p[CROWD] * self.section.give_d[:, 0, 0]
+        return np.asarray(2.0 * self.p[RHO] * off_d)
 
     @property
     def pitch_px(self) -> float:
@@ -131,7 +135,7 @@ class HelixFit:
 
         base = values(self.p)
         jac = np.zeros((3, PARAMETERS))
-        for i in (RHO, K, OPEN, RC, KC) if self.coiled else (RHO, K, OPEN):
+        for i in (RHO, K, OPEN, CROWD, RC, KC) if self.coiled else (RHO, K, OPEN):
             step = 1e-5 * max(abs(self.p[i]), 1e-3)
             moved = self.p.copy()
             moved[i] += step
@@ -140,7 +144,8 @@ class HelixFit:
 
 
 def _diameter_px(p: np.ndarray, section: Section) -> float:
-    return float(2.0 * p[RHO] * (1.0 + (section.diameter_d - 1.0) * (1.0 + p[OPEN])))
+    farthest_d = section.farthest_d(float(p[OPEN]), float(p[CROWD]) if p[RC] > 0.0 else 0.0)
+    return float(2.0 * p[RHO] * (1.0 + 2.0 * farthest_d))
 
 
 def _pitch_px(p: np.ndarray) -> float:
@@ -164,7 +169,7 @@ def descend(
     iterations: int,
     hold: Hold = UNHELD,
 ) -> tuple[np.ndarray, float]:
-    """A few steps of the fit from `start` (11,): parameters and mean robust cost, nothing else."""
+    """A few steps of the fit from `start` (12,): parameters and mean robust cost, nothing else."""
     problem = _problem(edges, section, edges.observed, scale_px, _step(start), hold)
     free_ids = np.array(free, dtype=np.int64)
     normal = np.empty((len(free), len(free)))
@@ -201,7 +206,7 @@ def fit_helix(
     near: bool = False,
     hold: Hold = UNHELD,
 ) -> HelixFit:
-    """Fit the silhouette to a window of edges, from `start` (11,), over the `free` parameters.
+    """Fit the silhouette to a window of edges, from `start` (12,), over the `free` parameters.
 
     scale_px: residual at which an edge point begins to count less (Geman-McClure). z is counted
     from the middle. near: whether the start shows the outline roughly already.
@@ -276,11 +281,11 @@ def _inverse(system: np.ndarray) -> np.ndarray:
 def _normal_equations(p, free, problem, normal, right):  # pragma: no cover - compiled
     """Gauss-Newton system of the free parameters with Tukey-like (Geman-McClure) weights; returns
     cost and weight sum."""
-    radius, angle, z0, observed, weights, worth, scale, step, hold = problem
+    radius, angle, give, z0, observed, weights, worth, scale, step, hold = problem
     count = observed.shape[1]
     upper, lower = np.empty(count), np.empty(count)
     at_u, at_l = np.zeros((count, 2)), np.zeros((count, 2))
-    silhouette(p, radius, angle, z0, count, upper, lower, at_u, at_l, step)
+    silhouette(p, radius, angle, give, z0, count, upper, lower, at_u, at_l, step)
     # One row a parameter: sums over points are quick along rows.
     grads, residuals, counts = (
         np.empty((free.size, 2 * count)),
@@ -291,7 +296,7 @@ def _normal_equations(p, free, problem, normal, right):  # pragma: no cover - co
     total = 0.0
     used = 0
     # Cosines and sines take most of the time: they are told once a px, and between by their series.
-    reach = int(p[0] * (2.0 + 2.0 * (1.0 + p[10]) * radius.max())) + 2
+    reach = int(p[0] * (2.0 + 2.0 * (1.0 + p[10] + abs(p[CROWD])) * radius.max())) + 2
     first = z0 - reach
     cos_psi, sin_psi = turning(p[K], p[PHI], first, count + 2 * reach)
     cos_theta, sin_theta = turning(p[KC] if p[RC] > 0.0 else 0.0, p[PHIC], first, count + 2 * reach)
@@ -318,7 +323,7 @@ def _normal_equations(p, free, problem, normal, right):  # pragma: no cover - co
             ct, st = 1.0, 0.0
             if p[RC] > 0.0:
                 ct, st = turned_on(p[KC], off, cos_theta[j], sin_theta[j])
-            gradient(c + z0, z, radius[i], sense, p, cp, sp, ct, st, of_all)
+            gradient(c + z0, z, radius[i], give[i], sense, p, cp, sp, ct, st, of_all)
             for a in range(free.size):
                 grads[a, used] = of_all[free[a]]
             residuals[used] = r

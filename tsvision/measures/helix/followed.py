@@ -121,9 +121,9 @@ def follow(found: BundleFit, edges: Edges, start_px: float, end_px: float) -> Fo
 
 @numba.njit(cache=True, error_model="numpy")
 def _fitted(
-    p, places, half, observed, weights, worth, site_radius, site_angle, scale, most, steps
+    p, places, half, observed, weights, worth, site_radius, site_angle, give, scale, most, steps
 ):  # pragma: no cover - compiled
-    """Parameters (K, 11), costs (K,) and whether they hold (K,) at places (K,), one behind the
+    """Parameters (K, 12), costs (K,) and whether they hold (K,) at places (K,), one behind the
     other, each fitted from the last that held. Parameters and places count from the middle of the
     edges (2, M)."""
     count = observed.shape[1]
@@ -146,6 +146,7 @@ def _fitted(
         problem = Problem(
             site_radius,
             site_angle,
+            give,
             -0.5 * (high - 1 - low),
             observed[:, low:high].copy(),
             weights[:, low:high].copy(),

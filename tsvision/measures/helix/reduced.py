@@ -21,11 +21,11 @@ class Reduced:
     shift: float
 
     def down(self, p: np.ndarray) -> np.ndarray:
-        """Parameters (11,) of the full picture as they are here."""
+        """Parameters (12,) of the full picture as they are here."""
         return rescaled(p, self.factor, self.shift)
 
     def up(self, p: np.ndarray) -> np.ndarray:
-        """Parameters (11,) found here as they are in the full picture."""
+        """Parameters (12,) found here as they are in the full picture."""
         return rescaled(p, 1.0 / self.factor, -self.shift / self.factor)
 
 

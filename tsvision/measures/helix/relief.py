@@ -37,7 +37,7 @@ class _Front(NamedTuple):
 
 
 def explained(light: np.ndarray, p: np.ndarray, section: Section, blur_px: float) -> float:
-    """Share of the variance of `light` (R, M) inside the outline that a bundle `p` (11,) explains,
+    """Share of the variance of `light` (R, M) inside the outline that a bundle `p` (12,) explains,
     twisted to whichever side explains more; 0 where too little is seen.
 
     Rows lie evenly about n = 0, columns about z = 0.
@@ -110,7 +110,7 @@ def _told(system, right, square):  # pragma: no cover - compiled
 def scan_relief(
     light: np.ndarray, p: np.ndarray, section: Section, rates: np.ndarray, phases: np.ndarray
 ) -> np.ndarray:
-    """As `explained`, (K, P), for bundles as `p` (11,) but with strand rates (K,) and phases (P,):
+    """As `explained`, (K, P), for bundles as `p` (12,) but with strand rates (K,) and phases (P,):
     at reduced size, without blur, and twisted to the side to which `p` itself explains more."""
     factor = max(float(p[RHO]) / SCANNED_RHO_PX, 1.0)
     small = _shrunk(light, factor)

@@ -93,7 +93,7 @@ def search_coiled(
     coils: list[np.ndarray],
     scale_px: float,
 ) -> HelixFit | None:
-    """The best coiled helix; `coils` (11,) each hold RC, KC, PHIC, `bands` the rates to each."""
+    """The best coiled helix; `coils` (12,) each hold RC, KC, PHIC, `bands` the rates to each."""
     bases = []
     for coil in coils:
         base = _bases(edges, section, diameter_px)[0]
@@ -103,7 +103,7 @@ def search_coiled(
 
 
 def coils_of(edges: Edges, diameter_px: float) -> list[list[np.ndarray]]:
-    """Radius, rate and phase of coiling, (11,) each, at every rate that the centre line's spectrum
+    """Radius, rate and phase of coiling, (12,) each, at every rate that the centre line's spectrum
     shows; likeliest rate first."""
     centre, w = _centre(edges)
     span = float(edges.s_px[-1] - edges.s_px[0])
@@ -131,12 +131,12 @@ def coils_of(edges: Edges, diameter_px: float) -> list[list[np.ndarray]]:
 
 
 def coil_at(edges: Edges, rate: float) -> np.ndarray:
-    """Radius and phase with which the centre line coils at a known rate, as (11,)."""
+    """Radius and phase with which the centre line coils at a known rate, as (12,)."""
     return _coils_at(edges, np.array([rate]))[0][0]
 
 
 def _coils_at(edges: Edges, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Radius, rate and phase of a coil at each of `rates` (K,), as (K, 11), and how much of the
+    """Radius, rate and phase of a coil at each of `rates` (K,), as (K, 12), and how much of the
     line's variance about a straight one each explains (K,). Weighted least squares."""
     centre, w = _centre(edges)
     z = edges.s_px - 0.5 * (edges.s_px[0] + edges.s_px[-1])
@@ -278,7 +278,7 @@ def _fits_from(
     coiled: bool,
     scale_px: float,
 ) -> list[HelixFit]:
-    """The fits to which the likeliest of some starts (11,) at reduced size lead. Where the outline
+    """The fits to which the likeliest of some starts (12,) at reduced size lead. Where the outline
     alone does not tell, with the light inside, and the first `heard` starts, likely or not."""
     free = FREE_COILED if coiled else FREE_STRAIGHT
     half = 0.5 * float(small.edges.s_px[-1] - small.edges.s_px[0])
@@ -299,7 +299,7 @@ def _fits_from(
 
 
 def _unlike(descents: list[np.ndarray], section: Section, half_px: float) -> list[np.ndarray]:
-    """Those of some descents (11,) that have come to other strands than any before them."""
+    """Those of some descents (12,) that have come to other strands than any before them."""
     kept: list[np.ndarray] = []
     for p in descents:
         if not any(_same(other, p, section, half_px) for other in kept):
@@ -308,7 +308,7 @@ def _unlike(descents: list[np.ndarray], section: Section, half_px: float) -> lis
 
 
 def _same(p: np.ndarray, q: np.ndarray, section: Section, half_px: float) -> bool:
-    """Whether two descents (11,) have come to the same strands: phases alike at both ends of a
+    """Whether two descents (12,) have come to the same strands: phases alike at both ends of a
     window half_px to either side, up to what the section repeats by, and width and coil alike."""
     turn = 2.0 * np.pi / section.fold
     ends = (p[PHI] - q[PHI]) + (p[K] - q[K]) * half_px * np.array([-1.0, 1.0])
@@ -407,6 +407,7 @@ def scan(
     phases,
     site_radius,
     site_angle,
+    give,
     z0,
     observed,
     weights,
@@ -434,7 +435,7 @@ def scan(
             drawn = int(turn) + 3
             high, low = np.empty(drawn), np.empty(drawn)
             at_h, at_w = np.zeros((drawn, 2)), np.zeros((drawn, 2))
-            silhouette(p, site_radius, site_angle, 0.0, drawn, high, low, at_h, at_w, step)
+            silhouette(p, site_radius, site_angle, give, 0.0, drawn, high, low, at_h, at_w, step)
             p[3], p[4] = base[3], base[4]
         for j in range(phases.size):
             p[2] = phases[j]
@@ -450,7 +451,9 @@ def scan(
                     if x >= turn:
                         x -= turn
             else:
-                silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_u, at_l, step)
+                silhouette(
+                    p, site_radius, site_angle, give, z0, count, upper, lower, at_u, at_l, step
+                )
             cost = 0.0
             for c in range(count):
                 t = ((observed[0, c] - upper[c]) / scale) ** 2 * cos2[0, c]

@@ -17,6 +17,7 @@ Parameters, in px and rad, z running along the axis from the middle of the windo
   tilt   tangent of the angle by which the picture sees the bundle from along its axis and not from
          beside it: what lies in front of the middle line is seen as far along s
   open   share by which the section is opened: strands that lie steeply need more room
+  crowd  share of what strands of a coil can give (`give_d` of the section) that they do
 Relative signs of k and kc are taken as equal: the bundle coils in the sense in which it is twisted.
 """
 
@@ -30,35 +31,58 @@ import numpy as np
 
 from tsvision.measures.numeric.smoothing import smoothed
 
-RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE, TILT, OPEN = range(11)
-PARAMETERS = 11
+RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE, TILT, OPEN, CROWD = range(12)
+PARAMETERS = 12
 STRAIGHT = (RHO, K, PHI, Y0, SLOPE, EDGE)
 COILED = (RHO, K, PHI, Y0, SLOPE, RC, KC, PHIC, EDGE)
 # What a fit is free in while the edges' own place is known.
 FREE_STRAIGHT, FREE_COILED = STRAIGHT[:-1], COILED[:-1]
 
 
+def waves(psi: np.ndarray) -> np.ndarray:
+    """What `Section.give_d` counts, (5, P), at angles psi (P,)."""
+    return np.array([psi**0, np.cos(psi), np.sin(psi), np.cos(2.0 * psi), np.sin(2.0 * psi)])
+
+
+_ROUND = waves(np.linspace(0.0, 2.0 * np.pi, 72, endpoint=False))
+
+
 @dataclass(frozen=True)
 class Section:
-    """Strand centres: radius in units of d and angle in rad, both (N,)."""
+    """Strand centres: radius in units of d and angle in rad, both (N,).
+
+    give_d (N, 2, 5): by how much each gives outward, and on around, where strands crowd, in units
+    of d: a constant, and what goes as cos, sin, cos 2 and sin 2 of its angle from the inner side of
+    the coil's bend. None: they are not asked.
+    """
 
     name: str
     radius_d: np.ndarray
     angle_rad: np.ndarray
+    give_d: np.ndarray | None = None
 
     @cached_property
     def diameter_d(self) -> float:
         """Outer diameter in units of d."""
         return 1.0 + 2.0 * float(self.radius_d.max())
 
+    def farthest_d(self, opened: float, crowd: float) -> float:
+        """How far the farthest strand's centre lies from the middle line at most, in units of d,
+        with the section opened by a share and strands giving by another."""
+        off = self.radius_d[:, None] * (1.0 + opened)
+        if crowd != 0.0 and self.give_d is not None:
+            off = off + crowd * (self.give_d[:, 0] @ _ROUND)
+        return float(off.max())
+
     @cached_property
-    def outer(self) -> tuple[np.ndarray, np.ndarray]:
-        """Radius and angle of the strands that ever reach the outline: the corners of the sites'
-        convex hull, for all discs are of one size. Four of the pair core's eight."""
-        if self.count < 4:
-            return self.radius_d, self.angle_rad
+    def outer(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Radius, angle and give of the strands that reach the outline: where it is not asked what
+        they give the corners of the sites' convex hull, four of the pair core's eight."""
+        give = np.zeros((self.count, 2, 5)) if self.give_d is None else self.give_d
+        if self.count < 4 or self.give_d is not None:
+            return self.radius_d, self.angle_rad, give
         corners = np.unique(self._support_d.argmax(axis=0))
-        return self.radius_d[corners], self.angle_rad[corners]
+        return self.radius_d[corners], self.angle_rad[corners], give[corners]
 
     @cached_property
     def mean_half_d(self) -> float:
@@ -108,32 +132,54 @@ def climb(p):  # pragma: no cover - compiled
 
 
 @numba.njit(cache=True, inline="always")
-def _point(z, a, p, cos_climb, sin_climb, cp, sp, ct, st):  # pragma: no cover - compiled
+def given(give, crowd, cp, sp):  # pragma: no cover - compiled
+    """How far a strand gives outward and around, and the derivatives of both along its angle psi
+    from the bend's inner side, of which cosine and sine are told. give (2, 5)."""
+    c2, s2 = cp * cp - sp * sp, 2.0 * cp * sp
+    out = give[0, 0] + give[0, 1] * cp + give[0, 2] * sp + give[0, 3] * c2 + give[0, 4] * s2
+    on = give[1, 0] + give[1, 1] * cp + give[1, 2] * sp + give[1, 3] * c2 + give[1, 4] * s2
+    d_out = give[0, 2] * cp - give[0, 1] * sp + 2.0 * (give[0, 4] * c2 - give[0, 3] * s2)
+    d_on = give[1, 2] * cp - give[1, 1] * sp + 2.0 * (give[1, 4] * c2 - give[1, 3] * s2)
+    return crowd * out, crowd * on, crowd * d_out, crowd * d_on
+
+
+@numba.njit(cache=True, inline="always")
+def _point(z, a, p, give, crowd, cos_climb, sin_climb, cp, sp, ct, st):
+    # pragma: no cover - compiled
     """Projected strand centre (s, y) and its derivative along z; cosines and sines of the angle at
     which the centre line climbs, and of the strand's angle psi and the coil's theta there."""
     if p[5] <= 0.0:
         return z - p[9] * a * sp, -a * cp, 1.0 - p[9] * a * cp * p[1], p[1] * (a * sp)
     across, aside = a * cp, a * sp
+    across_psi, aside_psi = -aside, across
+    if crowd != 0.0:
+        out, on, d_out, d_on = given(give, crowd, cp, sp)
+        across += out * cp - on * sp
+        aside += out * sp + on * cp
+        across_psi = -aside + d_out * cp - d_on * sp
+        aside_psi = across + d_out * sp + d_on * cp
     depth = p[5] * st - across * st - aside * ct * cos_climb
     s = z + aside * sin_climb + p[9] * depth
     y = p[5] * ct - across * ct + aside * st * cos_climb
-    y_psi = aside * ct + across * st * cos_climb
-    s_psi = across * sin_climb + p[9] * (aside * st - across * ct * cos_climb)
+    y_psi = aside_psi * st * cos_climb - across_psi * ct
+    s_psi = aside_psi * sin_climb - p[9] * (across_psi * st + aside_psi * ct * cos_climb)
     # Turned about the axis by a right angle, depth becomes height: each is the other's derivative.
     return s, y, 1.0 + p[1] * s_psi + p[6] * p[9] * y, p[1] * y_psi - p[6] * depth
 
 
 @numba.njit(cache=True, error_model="numpy")
-def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at_lower, step):
+def silhouette(p, site_radius, site_angle, give, z0, count, upper, lower, at_upper, at_lower, step):
     # pragma: no cover - compiled
     """Fill upper, lower (count,) at z0, z0 + 1, ...; at_* (count, 2) gets contact z and strand."""
+    crowd = 2.0 * p[0] * p[11] if p[5] > 0.0 else 0.0
     rho, apart = p[0], 2.0 * p[0] * (1.0 + p[10])
     for c in range(count):
         upper[c] = -1e30
         lower[c] = 1e30
     reach = rho + 2.0 * step
     for i in range(site_radius.size):
-        reach = max(reach, rho + apart * site_radius[i] + 2.0 * step)
+        off = apart * site_radius[i] + abs(crowd) * np.abs(give[i, 0]).sum()
+        reach = max(reach, rho + off + 2.0 * step)
     samples = int((count + 2.0 * reach) / step) + 2
     first = z0 - reach
     cos_climb, sin_climb = climb(p)
@@ -153,7 +199,9 @@ def silhouette(p, site_radius, site_angle, z0, count, upper, lower, at_upper, at
         psi = p[1] * first + p[2] + site_angle[i]
         cp, sp, ct, st = np.cos(psi), np.sin(psi), np.cos(theta), np.sin(theta)
         for j in range(samples):
-            s, y, ds, dy = _point(first + j * step, a, p, cos_climb, sin_climb, cp, sp, ct, st)
+            s, y, ds, dy = _point(
+                first + j * step, a, p, give[i], crowd, cos_climb, sin_climb, cp, sp, ct, st
+            )
             cp, sp = cp * cos_k - sp * sin_k, sp * cos_k + cp * sin_k
             ct, st = ct * cos_t - st * sin_t, st * cos_t + ct * sin_t
             out = rho / (np.sqrt(ds * ds + dy * dy) + 1e-12)
@@ -196,9 +244,9 @@ def _draw_outermost(edge, at, x, y, sense, strand, rho, z0, first, step):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def gradient(x, z, radius_d, sense, p, cp, sp, ct, st, out):  # pragma: no cover - compiled
-    """d edge(x) / d p at contact z on a strand at radius_d; sense +1 upper, -1 lower; cosines and
-    sines of the strand's angle psi and the coil's theta at z. out (11,)."""
+def gradient(x, z, radius_d, give, sense, p, cp, sp, ct, st, out):  # pragma: no cover - compiled
+    """d edge(x) / d p, out (12,), at contact z on a strand at radius_d that gives `give` (2, 5);
+    sense +1 upper, -1 lower; cosines and sines of the strand's angle psi and the coil's theta."""
     rho = p[0]
     closed = 2.0 * rho * radius_d
     a = closed * (1.0 + p[10])
@@ -216,10 +264,21 @@ def gradient(x, z, radius_d, sense, p, cp, sp, ct, st, out):  # pragma: no cover
         out[8] = sense
         out[9] = -sense * u / root * (a * sp)
         out[10] = -closed * cp
+        out[11] = 0.0
         return
     cos_climb, sin_climb = climb(p)
     kappa = p[5] * p[6]
     across, aside = a * cp, a * sp
+    across_psi, aside_psi = -aside, across
+    more_across = more_aside = 0.0  # where strands crowd, per share that they give
+    crowd = 2.0 * rho * p[11]
+    if give[0, 0] != 0.0:  # where they are asked
+        more, more_on, d_out, d_on = given(give, 1.0, cp, sp)
+        more_across, more_aside = more * cp - more_on * sp, more * sp + more_on * cp
+        across += crowd * more_across
+        aside += crowd * more_aside
+        across_psi = -aside + crowd * (d_out * cp - d_on * sp)
+        aside_psi = across + crowd * (d_out * sp + d_on * cp)
     depth = p[5] * st - across * st - aside * ct * cos_climb
     height = p[5] * ct - across * ct + aside * st * cos_climb
     s = z + aside * sin_climb + p[9] * depth
@@ -227,14 +286,16 @@ def gradient(x, z, radius_d, sense, p, cp, sp, ct, st, out):  # pragma: no cover
     root = np.sqrt(max(rho * rho - u * u, 0.04 * rho * rho))
     g = sense * u / root  # d edge / d s of the centre
     d_theta = -depth + g * p[9] * height
-    y_psi = aside * ct + across * st * cos_climb
-    s_psi = across * sin_climb + p[9] * (aside * st - across * ct * cos_climb)
+    y_psi = aside_psi * st * cos_climb - across_psi * ct
+    s_psi = aside_psi * sin_climb - p[9] * (across_psi * st + aside_psi * ct * cos_climb)
     y_a = -cp * ct + sp * st * cos_climb
     s_a = sp * sin_climb - p[9] * (cp * st + sp * ct * cos_climb)
     cubed = cos_climb * cos_climb * cos_climb
     y_kappa = -aside * st * kappa * cubed
     s_kappa = aside * cubed * (1.0 + p[9] * ct * kappa)
-    out[0] = sense * rho / root + a / rho * (y_a + g * s_a)
+    y_rho = aside * st * cos_climb - across * ct
+    s_rho = aside * sin_climb - p[9] * (across * st + aside * ct * cos_climb)
+    out[0] = sense * rho / root + (y_rho + g * s_rho) / rho
     d_psi = y_psi + g * s_psi
     out[1] = z * d_psi
     out[2] = d_psi
@@ -247,6 +308,9 @@ def gradient(x, z, radius_d, sense, p, cp, sp, ct, st, out):  # pragma: no cover
     out[8] = sense
     out[9] = g * depth
     out[10] = closed * (y_a + g * s_a)
+    y_crowd = more_aside * st * cos_climb - more_across * ct
+    s_crowd = more_aside * sin_climb - p[9] * (more_across * st + more_aside * ct * cos_climb)
+    out[11] = 2.0 * rho * (y_crowd + g * s_crowd)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -289,7 +353,7 @@ def passing(p: np.ndarray) -> float:
 
 @numba.njit(cache=True)
 def moved(p, shift):  # pragma: no cover - compiled
-    """Parameters (11,) with z counted from a middle `shift` px further on."""
+    """Parameters (12,) with z counted from a middle `shift` px further on."""
     q = p.copy()
     q[PHI] += p[K] * shift
     q[PHIC] += p[KC] * shift
@@ -298,7 +362,7 @@ def moved(p, shift):  # pragma: no cover - compiled
 
 
 def rescaled(p: np.ndarray, factor: float, shift: float = 0.0) -> np.ndarray:
-    """Parameters (11,) in units of `factor` px; z counted from a middle `shift` px further on."""
+    """Parameters (12,) in units of `factor` px; z counted from a middle `shift` px further on."""
     q: np.ndarray = moved(p, shift)
     q[[RHO, Y0, RC]] /= factor
     q[[K, KC]] *= factor

@@ -40,7 +40,7 @@ def noise_cost(edges: Edges, scale_px: float) -> float:
 
 
 def doubt(p: np.ndarray, expected_rate: float) -> float:
-    """By how much the cost of a fit (11,) counts more, 1 or above, because strands and coils turn
+    """By how much the cost of a fit (12,) counts more, 1 or above, because strands and coils turn
     much more often, or much less, than the motor has. Where two fits are nearly as good the motor
     decides; a good fit stands against it, for a motor's count can be wrong."""
     total = passing(p)
