@@ -61,14 +61,13 @@ class Followed:
     stretch: np.ndarray
     reach_px: float
 
-    def at(self, s_px: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """How much is told of each s (M,), 0..1, and rate and stretch there, (M,) each."""
+    def told(self, s_px: np.ndarray) -> np.ndarray:
+        """How much is told of each s (M,), 0..1."""
         last = self.s_px.size - 1
         after = np.searchsorted(self.s_px, s_px)
         beside = self.s_px[np.clip([after - 1, after], 0, last)]
-        told = np.clip(2.0 - np.abs(beside - s_px).min(axis=0) / self.reach_px, 0.0, 1.0)
-        rate, stretch = (np.interp(s_px, self.s_px, line) for line in (self.rate, self.stretch))
-        return told, rate, stretch
+        away = np.abs(beside - s_px).min(axis=0)
+        return np.asarray(np.clip(2.0 - away / self.reach_px, 0.0, 1.0))
 
     def unbroken(self, start_px: float, end_px: float, ends_px: float) -> bool:
         """Whether all between two s is told, but for so much at either end."""

@@ -36,13 +36,6 @@ def pair_core(count: int) -> Section:
     return Section("pair_core", radius, angle)
 
 
-def has_room(count: int) -> bool:
-    """Whether a bundle of one strand more is no wider: N = 6 and 7 leave sites of eight empty."""
-    if count >= len(_PAIR_SITES):
-        return False
-    return pair_core(count + 1).diameter_d <= pair_core(count).diameter_d
-
-
 def room_needed(section: Section, twist_rad_per_d: float) -> float:
     """Share by which the section has to open so that strands laid as helices, so many rad a strand
     diameter, find room beside each other; 0 where they touch as they lie.

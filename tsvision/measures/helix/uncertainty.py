@@ -12,7 +12,6 @@ import numpy as np
 
 from tsvision.measures.edges.shading import Shading, limb_level
 from tsvision.measures.helix.fit import HelixFit
-from tsvision.measures.helix.section import has_room
 from tsvision.measures.helix.weigh import unsure
 
 # A mean edge's fit knows its noise and its light's prior, not what both leave out (occlusion,
@@ -22,11 +21,10 @@ EDGE_MODEL_FACTOR = 1.6
 # about seven blurs it hides more, as the blur over the radius.
 BLUR_SHARE = 0.15
 CORRELATION_SHARE = 0.5  # residuals stay alike over about half a strand diameter
-# In a bend the strands of its inner side crowd, and the section that was fitted opens: more than
-# two strands come out thin and short of pitch by such shares (own renderer, whose strands touch;
-# rigid sections do not open). Where another strand would find room there is more to open.
-BENT_DIAMETER, BENT_PITCH = 0.03, 0.02
-ROOMY_DIAMETER = 0.045
+# In a bend strands that touch give way: by how much is fitted, to first order, and of four not
+# asked. What is left leads more than two strands astray by such shares (own renderer, whose strands
+# touch; rigid sections do not give).
+BENT_DIAMETER, BENT_PITCH = 0.025, 0.02
 # A coil of whose strands neither the outline nor the light inside is sure may be another one. Two
 # in three of such lie within these shares (own renderer), one in twenty beyond three times that. A
 # bundle so badly described as straight may begin to coil (path-traced: up to 8 % thin).
@@ -48,7 +46,7 @@ def _coil_sds(fit: HelixFit) -> tuple[float, float]:
     """Shares of D and of the pitch by which a coil leads them astray."""
     d = pitch = 0.0
     if fit.coiled and fit.section.count > 2:
-        d, pitch = ROOMY_DIAMETER if has_room(fit.section.count) else BENT_DIAMETER, BENT_PITCH
+        d, pitch = BENT_DIAMETER, BENT_PITCH
     if unsure(fit):
         d, pitch = float(np.hypot(d, UNSURE_DIAMETER)), float(np.hypot(pitch, UNSURE_PITCH))
     return d, pitch

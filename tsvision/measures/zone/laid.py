@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tsvision.images.percentiles import median
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.helix.bundle import BundleFit
 from tsvision.measures.helix.coil_radius import coil_px, held, radius_along
@@ -78,9 +79,8 @@ def laid_along(
     length = np.sqrt(1.0 + (radius * rate) ** 2)
     turning = (along * length + rate * (1.0 - 1.0 / length)) / (2.0 * np.pi)
     if followed is not None:
-        told, passing, stretched = followed.at(s)
-        turning += told * (passing / (2.0 * np.pi) - turning)
-        length += told * (stretched - length)
+        turning = _as_followed(turning, s, followed, followed.rate / (2.0 * np.pi))
+        length = _as_followed(length, s, followed, followed.stretch)
     knotted = _inside(s, knots_px).any(axis=0)
     part = (end_px - start_px) / max(s.size, 1)
     return Laid(
@@ -89,6 +89,18 @@ def laid_along(
         float(turning[knotted].sum()),
         float(length[knotted].sum()),
     )
+
+
+def _as_followed(
+    laid: np.ndarray, s: np.ndarray, followed: Followed, read: np.ndarray
+) -> np.ndarray:
+    """What lies at s (M,), as many times more as was read (K,) where the coil was followed. What
+    one fit was off by there it is elsewhere, too: what is typical of those times goes for waists,
+    and for coils that no helix described."""
+    times = read / np.interp(followed.s_px, s, laid)
+    typical = median(times)
+    off = np.interp(s, followed.s_px, times) - typical
+    return laid * (typical + followed.told(s) * off)
 
 
 def _inside(s: np.ndarray, knots_px: list[tuple[float, float]], beyond: float = 0.0) -> np.ndarray:
