@@ -95,12 +95,12 @@ def _as_followed(
     laid: np.ndarray, s: np.ndarray, followed: Followed, read: np.ndarray
 ) -> np.ndarray:
     """What lies at s (M,), as many times more as was read (K,) where the coil was followed. What
-    one fit was off by there it is elsewhere, too: what is typical of those times goes for waists,
-    and for coils that no helix described."""
+    one fit was off by there it is in waists, too, and in coils that no helix described: typical
+    times go for those, by the share of the bundle of which they are typical."""
     times = read / np.interp(followed.s_px, s, laid)
-    typical = median(times)
-    off = np.interp(s, followed.s_px, times) - typical
-    return laid * (typical + followed.told(s) * off)
+    told = followed.told(s)
+    elsewhere = 1.0 + float(told.mean()) * (median(times) - 1.0)
+    return laid * (elsewhere + told * (np.interp(s, followed.s_px, times) - elsewhere))
 
 
 def _inside(s: np.ndarray, knots_px: list[tuple[float, float]], beyond: float = 0.0) -> np.ndarray:
