@@ -323,7 +323,7 @@ def _normal_equations(p, free, problem, normal, right):  # pragma: no cover - co
             ct, st = 1.0, 0.0
             if p[RC] > 0.0:
                 ct, st = turned_on(p[KC], off, cos_theta[j], sin_theta[j])
-            gradient(c + z0, z, radius[i], give[i], sense, p, cp, sp, ct, st, of_all)
+            gradient(c + z0, z, radius[i], give, i, sense, p, cp, sp, ct, st, of_all)
             for a in range(free.size):
                 grads[a, used] = of_all[free[a]]
             residuals[used] = r

@@ -132,39 +132,61 @@ def climb(p):  # pragma: no cover - compiled
 
 
 @numba.njit(cache=True, inline="always")
-def given(give, crowd, cp, sp):  # pragma: no cover - compiled
-    """How far a strand gives outward and around, and the derivatives of both along its angle psi
-    from the bend's inner side, of which cosine and sine are told. give (2, 5)."""
+def given(give, i, cp, sp):  # pragma: no cover - compiled
+    """How far strand i gives outward and around, and the derivatives of both along its angle psi
+    from the bend's inner side, of which cosine and sine are told. give (N, 2, 5)."""
+    o, o_c, o_s, o_c2, o_s2 = give[i, 0]
+    a, a_c, a_s, a_c2, a_s2 = give[i, 1]
     c2, s2 = cp * cp - sp * sp, 2.0 * cp * sp
-    out = give[0, 0] + give[0, 1] * cp + give[0, 2] * sp + give[0, 3] * c2 + give[0, 4] * s2
-    on = give[1, 0] + give[1, 1] * cp + give[1, 2] * sp + give[1, 3] * c2 + give[1, 4] * s2
-    d_out = give[0, 2] * cp - give[0, 1] * sp + 2.0 * (give[0, 4] * c2 - give[0, 3] * s2)
-    d_on = give[1, 2] * cp - give[1, 1] * sp + 2.0 * (give[1, 4] * c2 - give[1, 3] * s2)
-    return crowd * out, crowd * on, crowd * d_out, crowd * d_on
+    out = o + o_c * cp + o_s * sp + o_c2 * c2 + o_s2 * s2
+    on = a + a_c * cp + a_s * sp + a_c2 * c2 + a_s2 * s2
+    d_out = o_s * cp - o_c * sp + 2.0 * (o_s2 * c2 - o_c2 * s2)
+    d_on = a_s * cp - a_c * sp + 2.0 * (a_s2 * c2 - a_c2 * s2)
+    return out, on, d_out, d_on
 
 
 @numba.njit(cache=True, inline="always")
-def _point(z, a, p, give, crowd, cos_climb, sin_climb, cp, sp, ct, st):
-    # pragma: no cover - compiled
+def _point(z, a, p, cos_climb, sin_climb, cp, sp, ct, st):  # pragma: no cover - compiled
     """Projected strand centre (s, y) and its derivative along z; cosines and sines of the angle at
     which the centre line climbs, and of the strand's angle psi and the coil's theta there."""
     if p[5] <= 0.0:
         return z - p[9] * a * sp, -a * cp, 1.0 - p[9] * a * cp * p[1], p[1] * (a * sp)
     across, aside = a * cp, a * sp
-    across_psi, aside_psi = -aside, across
-    if crowd != 0.0:
-        out, on, d_out, d_on = given(give, crowd, cp, sp)
-        across += out * cp - on * sp
-        aside += out * sp + on * cp
-        across_psi = -aside + d_out * cp - d_on * sp
-        aside_psi = across + d_out * sp + d_on * cp
+    depth = p[5] * st - across * st - aside * ct * cos_climb
+    s = z + aside * sin_climb + p[9] * depth
+    y = p[5] * ct - across * ct + aside * st * cos_climb
+    y_psi = aside * ct + across * st * cos_climb
+    s_psi = across * sin_climb + p[9] * (aside * st - across * ct * cos_climb)
+    # Turned about the axis by a right angle, depth becomes height: each is the other's derivative.
+    return s, y, 1.0 + p[1] * s_psi + p[6] * p[9] * y, p[1] * y_psi - p[6] * depth
+
+
+@numba.njit(cache=True, inline="always")
+def _crowded_point(z, a, p, give, i, crowd, cos_climb, sin_climb, cp, sp, ct, st):
+    # pragma: no cover - compiled
+    """The same of a coil's strand i that gives `crowd` (px) times what is told. Apart, for a loop
+    that may do either takes twice as long."""
+    out, on, d_out, d_on = given(give, i, cp, sp)
+    across = (a + crowd * out) * cp - crowd * on * sp
+    aside = (a + crowd * out) * sp + crowd * on * cp
+    across_psi = -aside + crowd * (d_out * cp - d_on * sp)
+    aside_psi = across + crowd * (d_out * sp + d_on * cp)
     depth = p[5] * st - across * st - aside * ct * cos_climb
     s = z + aside * sin_climb + p[9] * depth
     y = p[5] * ct - across * ct + aside * st * cos_climb
     y_psi = aside_psi * st * cos_climb - across_psi * ct
     s_psi = aside_psi * sin_climb - p[9] * (across_psi * st + aside_psi * ct * cos_climb)
-    # Turned about the axis by a right angle, depth becomes height: each is the other's derivative.
     return s, y, 1.0 + p[1] * s_psi + p[6] * p[9] * y, p[1] * y_psi - p[6] * depth
+
+
+@numba.njit(cache=True, inline="always")
+def _normal(ds, dy, rho):  # pragma: no cover - compiled
+    """From a strand's centre, that goes on by ds, dy, to its upper border."""
+    out = rho / (np.sqrt(ds * ds + dy * dy) + 1e-12)
+    nx, ny = -dy * out, ds * out
+    if ny < 0.0:
+        nx, ny = -nx, -ny
+    return nx, ny
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -178,7 +200,9 @@ def silhouette(p, site_radius, site_angle, give, z0, count, upper, lower, at_upp
         lower[c] = 1e30
     reach = rho + 2.0 * step
     for i in range(site_radius.size):
-        off = apart * site_radius[i] + abs(crowd) * np.abs(give[i, 0]).sum()
+        off = apart * site_radius[i]
+        for k in range(5):
+            off += abs(crowd * give[i, 0, k])
         reach = max(reach, rho + off + 2.0 * step)
     samples = int((count + 2.0 * reach) / step) + 2
     first = z0 - reach
@@ -198,18 +222,24 @@ def silhouette(p, site_radius, site_angle, give, z0, count, upper, lower, at_upp
         a = apart * site_radius[i]
         psi = p[1] * first + p[2] + site_angle[i]
         cp, sp, ct, st = np.cos(psi), np.sin(psi), np.cos(theta), np.sin(theta)
-        for j in range(samples):
-            s, y, ds, dy = _point(
-                first + j * step, a, p, give[i], crowd, cos_climb, sin_climb, cp, sp, ct, st
-            )
-            cp, sp = cp * cos_k - sp * sin_k, sp * cos_k + cp * sin_k
-            ct, st = ct * cos_t - st * sin_t, st * cos_t + ct * sin_t
-            out = rho / (np.sqrt(ds * ds + dy * dy) + 1e-12)
-            nx, ny = -dy * out, ds * out
-            if ny < 0.0:
-                nx, ny = -nx, -ny
-            xu[j], yu[j] = s + nx, y + ny
-            xl[j], yl[j] = s - nx, y - ny
+        if crowd == 0.0:
+            for j in range(samples):
+                s, y, ds, dy = _point(first + j * step, a, p, cos_climb, sin_climb, cp, sp, ct, st)
+                cp, sp = cp * cos_k - sp * sin_k, sp * cos_k + cp * sin_k
+                ct, st = ct * cos_t - st * sin_t, st * cos_t + ct * sin_t
+                nx, ny = _normal(ds, dy, rho)
+                xu[j], yu[j] = s + nx, y + ny
+                xl[j], yl[j] = s - nx, y - ny
+        else:
+            for j in range(samples):
+                s, y, ds, dy = _crowded_point(
+                    first + j * step, a, p, give, i, crowd, cos_climb, sin_climb, cp, sp, ct, st
+                )
+                cp, sp = cp * cos_k - sp * sin_k, sp * cos_k + cp * sin_k
+                ct, st = ct * cos_t - st * sin_t, st * cos_t + ct * sin_t
+                nx, ny = _normal(ds, dy, rho)
+                xu[j], yu[j] = s + nx, y + ny
+                xl[j], yl[j] = s - nx, y - ny
         _draw_outermost(upper, at_upper, xu, yu, 1.0, i, rho, z0, first, step)
         _draw_outermost(lower, at_lower, xl, yl, -1.0, i, rho, z0, first, step)
     for c in range(count):
@@ -244,9 +274,9 @@ def _draw_outermost(edge, at, x, y, sense, strand, rho, z0, first, step):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def gradient(x, z, radius_d, give, sense, p, cp, sp, ct, st, out):  # pragma: no cover - compiled
-    """d edge(x) / d p, out (12,), at contact z on a strand at radius_d that gives `give` (2, 5);
-    sense +1 upper, -1 lower; cosines and sines of the strand's angle psi and the coil's theta."""
+def gradient(x, z, radius_d, give, i, sense, p, cp, sp, ct, st, out):  # pragma: no cover - compiled
+    """d edge(x) / d p, out (12,), at contact z on strand i, at radius_d, of those that give
+    (N, 2, 5); sense +1 upper, -1 lower; cosines and sines of its angle psi and the coil's theta."""
     rho = p[0]
     closed = 2.0 * rho * radius_d
     a = closed * (1.0 + p[10])
@@ -272,8 +302,8 @@ def gradient(x, z, radius_d, give, sense, p, cp, sp, ct, st, out):  # pragma: no
     across_psi, aside_psi = -aside, across
     more_across = more_aside = 0.0  # where strands crowd, per share that they give
     crowd = 2.0 * rho * p[11]
-    if give[0, 0] != 0.0:  # where they are asked
-        more, more_on, d_out, d_on = given(give, 1.0, cp, sp)
+    if give[i, 0, 0] != 0.0:  # where they are asked
+        more, more_on, d_out, d_on = given(give, i, cp, sp)
         more_across, more_aside = more * cp - more_on * sp, more * sp + more_on * cp
         across += crowd * more_across
         aside += crowd * more_aside
