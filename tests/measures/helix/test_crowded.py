@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from synth.actuator import state_at
-from synth.camera import View
 from synth.render import make_scene
 from synth.settings import PAPER_ONSET_TURNS, Law, Settings, Strings
 from synth.truth import frame_truth
@@ -65,12 +64,11 @@ def rendered(strings: int) -> tuple[Edges, float, float]:
     turns = 1.4 * PAPER_ONSET_TURNS[strings]
     law = Law(overtwist_turns=PAPER_ONSET_TURNS[strings], knots=False)
     settings = Settings(turns=(0.0, turns), strings=Strings(count=strings), law=law)
-    view: View = make_scene(settings).view
+    view = make_scene(settings).view
     truth = frame_truth(settings, view, state_at(settings, 1), 1)
     seen = np.isfinite(truth.upper_px)
     sure = seen.astype(float)
-    edges = (np.where(seen, edge, 0.0) for edge in (truth.upper_px, truth.lower_px))
-    upper, lower = edges
+    upper, lower = (np.where(seen, edge, 0.0) for edge in (truth.upper_px, truth.lower_px))
     return (
         Edges(truth.s_px, upper, lower, sure, sure),
         truth.row["midspan_diameter_mm"] / truth.row["diameter_mm"] * truth.row["diameter_px"],

@@ -16,14 +16,13 @@ from dataclasses import replace
 import numpy as np
 
 from tsvision.measures.edges.edges import Edges
-from tsvision.measures.helix.fit import HelixFit, Hold, fit_helix
-from tsvision.measures.helix.loose import WIDENED
+from tsvision.measures.helix.fit import HelixFit, fit_helix
+from tsvision.measures.helix.loose import hold_about_none
 from tsvision.measures.helix.section import room_needed
 from tsvision.measures.helix.silhouette import (
     CROWD,
     FREE_COILED,
     KC,
-    PARAMETERS,
     RC,
     Section,
     twist,
@@ -48,8 +47,7 @@ def crowded(edges: Edges, fit: HelixFit, scale_px: float) -> HelixFit:
     thick_px = 2.0 * _rho_px(fit.section, fit.diameter_px, twisted)
     curvature = float(fit.p[RC] * fit.p[KC] ** 2) / fit.stretch**2
     give_d = given_way(fit.section, thick_px * twisted, thick_px * curvature)
-    hold = Hold(np.zeros(PARAMETERS), np.zeros(PARAMETERS))
-    hold.px2[CROWD] = (WIDENED * max(fit.rms_px, 1e-3) / GIVEN_SD) ** 2
+    hold = hold_about_none(CROWD, GIVEN_SD, fit.rms_px)
     section = replace(fit.section, give_d=give_d)
     free = (*FREE_COILED, CROWD)
     given = fit_helix(edges, section, fit.p, free, scale_px, STEPS, near=True, hold=hold)

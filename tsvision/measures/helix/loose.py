@@ -29,11 +29,16 @@ FITTED, SETTLED = 2, 0.8
 LOOSE = (*FREE_STRAIGHT, TILT, OPEN)
 
 
+def hold_about_none(which: int, sd: float, rms_px: float) -> Hold:
+    """Of one parameter that is likely none, for edges that lie so far off a fit."""
+    px2 = np.zeros(PARAMETERS)
+    px2[which] = (WIDENED * max(rms_px, 1e-3) / sd) ** 2
+    return Hold(np.zeros(PARAMETERS), px2)
+
+
 def aslant_hold(rms_px: float) -> Hold:
     """Of the tilt, for edges that lie so far off a fit."""
-    px2 = np.zeros(PARAMETERS)
-    px2[TILT] = (WIDENED * max(rms_px, 1e-3) / TILT_SD) ** 2
-    return Hold(np.zeros(PARAMETERS), px2)
+    return hold_about_none(TILT, TILT_SD, rms_px)
 
 
 def loosened(edges: Edges, fit: HelixFit, scale_px: float) -> HelixFit:
