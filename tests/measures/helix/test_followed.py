@@ -12,7 +12,7 @@ import pytest
 
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.helix.bundle import BundleFit, fit_window
-from tsvision.measures.helix.followed import Followed, follow
+from tsvision.measures.helix.followed import Followed, _agreeing, follow
 from tsvision.measures.helix.section import pair_core
 
 D = 20.0
@@ -54,24 +54,35 @@ def bundle(radius: np.ndarray) -> tuple[Edges, np.ndarray]:
     return Edges(x, upper, lower, ones, ones), turns[::fine]
 
 
+def from_the_axis(radius: np.ndarray) -> np.ndarray:
+    """A radius (M,) that legs and connector hold at 0 at either end."""
+    s = np.arange(radius.size)
+    grown = np.clip(np.minimum(s, s[-1] - s) / 30.0, 0.0, 1.0)
+    return np.asarray(radius * grown**2 * (3.0 - 2.0 * grown))
+
+
 def fit_to(edges: Edges, low_px: float, high_px: float) -> BundleFit:
     found = fit_window(edges, pair_core(2), low_px, high_px, D, np.nan)
     assert found is not None and found.fit.coiled
     return found
 
 
+def line_of(s_px: list[float], rate: list[float], stretch: list[float]) -> Followed:
+    lines = (s_px, rate, stretch, s_px, [0.5] * len(s_px))
+    return Followed(*(np.array(x) for x in lines), 2, 12.0)
+
+
 def missed_turns(followed: Followed, turns: np.ndarray) -> float:
-    """By how much the turns between first and last place are missed."""
-    s = np.arange(followed.s_px[0], followed.s_px[-1])
-    assert followed.told(s).min() > 0.3
-    rate = np.interp(s, followed.s_px, followed.rate)
-    true = np.interp([s[0], s[-1] + 1.0], np.arange(turns.size), turns)
-    return float(rate.sum() / (2.0 * np.pi) - (true[1] - true[0]))
+    """By how much the turns between first and last place are missed, by the angles read there."""
+    s = followed.s_px
+    laid = 0.5 * (followed.rate[1:] + followed.rate[:-1]) * np.diff(s) / (2.0 * np.pi)
+    true = np.interp(s[[0, -1]], np.arange(turns.size), turns)
+    return float(followed.counted(laid).sum() - (true[1] - true[0]))
 
 
 def test_a_coil_that_widens_all_along() -> None:
     """From 3 to 8 px; the fit beside the narrow end, carried over, misses 1.5 turns of 19."""
-    edges, turns = bundle(np.linspace(3.0, 8.0, LENGTH_PX))
+    edges, turns = bundle(from_the_axis(np.linspace(3.0, 8.0, LENGTH_PX)))
     found = fit_to(edges, 60.0, 180.0)
     followed = follow(found, edges, 0.0, LENGTH_PX - 1.0)
     assert followed is not None
@@ -82,7 +93,8 @@ def test_a_coil_that_widens_all_along() -> None:
     assert carried < (last - first) - 1.0
     assert missed_turns(followed, turns) == pytest.approx(0.0, abs=0.1)
     true = np.hypot(1.0, np.interp(followed.s_px, [0, LENGTH_PX], [3.0, 8.0]) * 2 * np.pi / COIL_PX)
-    np.testing.assert_allclose(followed.stretch, true, rtol=0.03)
+    inside = (followed.s_px > 50.0) & (followed.s_px < LENGTH_PX - 50.0)
+    np.testing.assert_allclose(followed.stretch[inside], true[inside], rtol=0.03)
 
 
 def test_noise_in_the_edges_does_not_lead_astray() -> None:
@@ -95,13 +107,50 @@ def test_noise_in_the_edges_does_not_lead_astray() -> None:
     assert missed_turns(followed, turns) == pytest.approx(0.0, abs=0.2)
 
 
-def test_nothing_is_told_of_a_waist_that_no_helix_describes() -> None:
+@pytest.mark.parametrize("sd_px", [9.0, 14.0])
+def test_turns_are_counted_through_a_waist_that_no_helix_describes(sd_px: float) -> None:
     s = np.arange(LENGTH_PX)
-    edges, _ = bundle(8.0 * (1.0 - 0.9 * np.exp(-0.5 * ((s - 330.0) / 9.0) ** 2)))
+    radius = 8.0 * (1.0 - 0.9 * np.exp(-0.5 * ((s - 330.0) / sd_px) ** 2))
+    edges, turns = bundle(from_the_axis(radius))
+    followed = follow(fit_to(edges, 60.0, 220.0), edges, 0.0, LENGTH_PX - 1.0)
+    assert followed is not None and followed.unbroken(0.0, LENGTH_PX, 40.0)
+    assert missed_turns(followed, turns) == pytest.approx(0.0, abs=0.2)
+    stretch = np.hypot(1.0, np.interp(followed.s_px, s, radius) * 2.0 * np.pi / COIL_PX)
+    inside = (followed.s_px > 60.0) & (followed.s_px < 580.0)
+    np.testing.assert_allclose(followed.stretch[inside], stretch[inside], rtol=0.15)
+
+
+def test_turns_are_counted_through_a_bulge() -> None:
+    s = np.arange(LENGTH_PX)
+    radius = 5.0 + 6.0 * np.exp(-0.5 * ((s - 330.0) / 30.0) ** 2)
+    edges, turns = bundle(from_the_axis(radius))
     followed = follow(fit_to(edges, 60.0, 220.0), edges, 0.0, LENGTH_PX - 1.0)
     assert followed is not None
-    told = followed.told(np.array([120.0, 330.0, 520.0]))
-    np.testing.assert_allclose(told, [1.0, 0.0, 1.0], atol=0.01)
+    assert missed_turns(followed, turns) == pytest.approx(0.0, abs=0.1)
+
+
+def test_turns_are_counted_to_the_ends_where_the_coil_begins_on_the_axis() -> None:
+    edges, turns = bundle(from_the_axis(np.full(LENGTH_PX, 7.0)))
+    followed = follow(fit_to(edges, 100.0, 260.0), edges, 0.0, LENGTH_PX - 1.0)
+    assert followed is not None
+    np.testing.assert_allclose(followed.s_px[[0, -1]], [0.0, LENGTH_PX - 1.0], atol=2.0)
+    assert missed_turns(followed, turns) == pytest.approx(0.0, abs=0.1)
+
+
+def test_a_place_that_was_read_wrongly_is_left_out() -> None:
+    """One that costs as little as the others, but from and to which the angle does not lead; and
+    of two at one place the one to which it does."""
+    s = np.array([0.0, 10.0, 20.0, 20.0, 30.0, 40.0, 50.0])
+    rate = np.full(s.size, 0.05)  # turns per px
+    angle = 0.05 * s + np.array([0.0, 0.5, 0.0, 0.2, 0.0, 0.21, -0.5])
+    kept = _agreeing(s, rate, angle, np.full(s.size, 0.4), 2)
+    assert kept.tolist() == [True, True, True, False, True, False, True]
+
+
+def test_what_was_laid_says_how_often_the_angle_went_round() -> None:
+    line = line_of([0.0, 1.0, 3.0], [0.0] * 3, [1.0] * 3)  # angles as s
+    line = replace(line, angle_rad=2.0 * np.pi * np.array([0.0, 0.1, 0.3]))
+    np.testing.assert_allclose(line.counted(np.array([0.4, 1.6])), [0.6, 1.7])
 
 
 def test_what_is_not_seen_is_not_told() -> None:
@@ -124,11 +173,20 @@ def test_a_fit_that_describes_nothing_is_not_followed() -> None:
 
 
 def test_between_places_all_is_told_and_less_beyond() -> None:
-    line = Followed(np.array([100.0, 120.0]), np.array([0.2, 0.4]), np.array([1.0, 1.2]), 12.0)
+    line = line_of([100.0, 120.0], [0.2, 0.4], [1.0, 1.2])
     told = line.told(np.array([60.0, 82.0, 100.0, 110.0, 200.0]))
     np.testing.assert_allclose(told, [0.0, 0.5, 1.0, 1.0, 0.0])
-    alone = Followed(np.array([100.0]), np.array([0.2]), np.array([1.0]), 12.0)
+    alone = line_of([100.0], [0.2], [1.0])
     np.testing.assert_allclose(alone.told(np.array([100.0, 300.0])), [1.0, 0.0])
+
+
+def test_what_is_told_at_a_high_cost_or_not_at_all_is_doubtful() -> None:
+    line = line_of([0.0, 20.0, 40.0, 60.0], [0.2] * 4, [1.0] * 4)
+    s = np.arange(0.0, 61.0)
+    assert line.doubtful(s) == 0.0
+    high = replace(line, cost=np.array([0.5, 0.5, 1.5, 1.5]))
+    assert high.doubtful(s) == pytest.approx(22.0 / 61.0, abs=0.02)
+    assert replace(line, cost=np.full(4, 1.5)).doubtful(s) == 1.0
 
 
 @pytest.mark.parametrize(
@@ -142,6 +200,6 @@ def test_between_places_all_is_told_and_less_beyond() -> None:
     ],
 )
 def test_whether_all_between_the_ends_is_told(s_px: tuple[float, ...], unbroken: bool) -> None:
-    ones = np.ones(len(s_px))
-    line = Followed(np.array(s_px), ones, ones, reach_px=12.0)
+    ones = [1.0] * len(s_px)
+    line = line_of(list(s_px), ones, ones)
     assert line.unbroken(0.0, 120.0, ends_px=40.0) == unbroken

@@ -17,7 +17,7 @@ from tsvision.measures.helix.followed import Followed
 from tsvision.measures.helix.section import pair_core
 from tsvision.measures.helix.silhouette import KC, PARAMETERS, PHI, PHIC, RC, RHO, K, model_edges
 from tsvision.measures.zone.envelope import Envelope, envelope_px
-from tsvision.measures.zone.laid import _as_followed, coil_rate, laid_along
+from tsvision.measures.zone.laid import _as_counted, _as_followed, coil_rate, laid_along
 
 TWIST = 2.0 * np.pi / 40.0  # rad per px of bundle
 D = 20.0
@@ -137,10 +137,25 @@ def test_what_was_read_beside_waists_goes_for_them() -> None:
     bounds = ((20, 185), (235, 376), (425, 590))
     places = np.concatenate([np.arange(a, b, 20.0) for a, b in bounds])
     read = np.interp(places, s, true)
-    followed = Followed(places, 2.0 * np.pi * read, np.ones(places.size), reach_px=12.0)
+    turning = 2.0 * np.pi * read
+    followed = Followed(places, turning, turning, turning, turning, fold=2, reach_px=12.0)
     found = _as_followed(0.96 * true, s, followed, read)
     np.testing.assert_allclose(found, true, rtol=0.02)
     assert found.sum() == pytest.approx(true.sum(), rel=0.003)
+
+
+def test_what_is_laid_is_made_to_end_in_the_angles_that_were_read() -> None:
+    """Of four places the turns between, by their angles; before and behind them what was laid."""
+    s = np.arange(100.0)
+    places = np.array([19.5, 39.5, 69.5, 79.5])
+    true = np.array([1.2, 1.45, 0.6])
+    angle = 2.0 * np.pi * (np.append(0.0, np.cumsum(true)) % 0.5)
+    ones = np.ones(4)
+    followed = Followed(places, ones, ones, angle, ones, fold=2, reach_px=12.0)
+    found = _as_counted(np.full(s.size, 0.055), s, followed)
+    between = np.diff(np.interp(places, np.arange(101.0) - 0.5, np.append(0.0, found.cumsum())))
+    np.testing.assert_allclose(between, true)
+    np.testing.assert_allclose(found[[5, 95]], 0.055)
 
 
 @pytest.mark.parametrize("strands", [0.0, 0.05, 0.5])

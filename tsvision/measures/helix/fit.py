@@ -334,9 +334,9 @@ def _normal_equations(p, free, problem, normal, right):  # pragma: no cover - co
         of_a = grads[a]
         for c in range(used):
             counted[c] = counts[c] * of_a[c]
-        right[a] = _sum_of_products(counted, residuals, used)
+        right[a] = sum_of_products(counted, residuals, used)
         for b in range(a + 1):
-            normal[a, b] = normal[b, a] = _sum_of_products(counted, grads[b], used)
+            normal[a, b] = normal[b, a] = sum_of_products(counted, grads[b], used)
         off, px2 = p[free[a]] - hold.toward[free[a]], hold.px2[free[a]]
         right[a] -= px2 * off
         normal[a, a] += px2
@@ -345,7 +345,7 @@ def _normal_equations(p, free, problem, normal, right):  # pragma: no cover - co
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _sum_of_products(x, y, count):  # pragma: no cover - compiled
+def sum_of_products(x, y, count):  # pragma: no cover - compiled
     """Four sums side by side: none waits for the one before, and their order is always the same."""
     first = second = third = fourth = 0.0
     whole = count - count % 4

@@ -1,12 +1,13 @@
-"""A coiled fit followed along the bundle, half a coil at a time, to both its ends.
+"""A coiled fit followed along the bundle, part of a coil at a time, to both its ends.
 
 A fit knows the stretch that it was made of; a bundle that overtwists coils wider here and narrower
-there. The stretch beside it is fitted from what it was found to be, and so on. What is read there
-is how often strands and coils together pass before the camera, K + KC per px of axis: whatever the
-coil's radius, and however its torsion turns the strands, those passings are the turns. (A bundle
-whose middle line does not cross itself in the picture has no more to its linking number than its
-strands' turning in the picture's own frame.) Where no helix like the first describes the stretch -
-a waist narrower than a coil, a knot - nothing is told.
+there. The stretch beside it is fitted from what it was found to be, and so on (`carried`). What is
+read there is the angle that strands and coil together have in the picture: whatever the coil's
+radius, and however its torsion turns the strands, that angle counts the turns. (A bundle whose
+middle line does not cross itself in the picture has no more to its linking number than its strands'
+turning in the picture's own frame.) It is known but for the part of a turn after which the section
+looks the same, and a place that was read wrongly is found out by it: from one place to the next the
+angle goes on as fast as either says. What agrees best with itself is kept.
 """
 
 from __future__ import annotations
@@ -18,54 +19,63 @@ import numpy as np
 
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.helix.bundle import FLANK, SCALE_PX, BundleFit
+from tsvision.measures.helix.carried import STEPS, Limits, Seen, Sites, at_the_end, carried
 from tsvision.measures.helix.coil_radius import coil_px
-from tsvision.measures.helix.fit import Hold, Problem, minimise
+from tsvision.measures.helix.fit import HelixFit
 from tsvision.measures.helix.reduced import reduced
-from tsvision.measures.helix.silhouette import (
-    KC,
-    PHI,
-    PHIC,
-    RC,
-    SLOPE,
-    Y0,
-    K,
-    moved,
-    rescaled,
-    twist,
-)
+from tsvision.measures.helix.silhouette import KC, PHI, PHIC, RC, K, rescaled
 from tsvision.measures.helix.weigh import POOR, noise_cost
 
 FOLLOWED_DIAMETER_PX = 12.0  # wider bundles are followed at reduced size
-FREE = np.array([K, PHI, Y0, SLOPE, RC, KC, PHIC])  # strands are as thick everywhere
-STEP, WINDOW = 0.5, 1.5  # of a coil: from place to place, and what is fitted about each
+STEP, WINDOW = 0.25, 1.5  # of a coil: from place to place, and what is fitted about each
 SHORTEST = 2.5  # D, of what is fitted
-SEEN = 0.4  # of its columns, with both edges
-STEPS = 2  # of a descent, which begins close to where it ends, ...
-BEGUN_STEPS = 12  # ... and of the first
-SAMPLING_PX = 0.35  # along a strand
-# What a place may cost above the edges' noise: twice what the fit's own does, within these.
+BEGUN_STEPS = 12  # of the first descent, ...
+WHATEVER = Limits(np.inf, np.inf, np.inf)  # ... which is heard in any case
+# What a place may cost above the edges' noise: twice what the fit's own does, within these; if no
+# more than so much of that, nothing else is tried; an uneven stretch may cost so much.
 LIKE, LEAST_COST, MOST_COST = 2.0, 0.06, 0.12
-# Coils may turn by these factors as fast as the fit's, and strands be twisted so much more or less
-# per length of bundle, which passes its torque on.
-SLOWEST, FASTEST, TWIST_OFF = 0.6, 1.7, 0.15
-REACH = 0.6  # of a step about a place: so far it tells all, and fades to nothing at twice that
+WELL, LEAST_WELL, MOST_WELL = 1.0, 0.02, 0.06
+UNEVEN_COST = 0.2
+# Of turns, and of those between two places, by which their angle may differ from what they expect.
+MISS, MISS_SHARE = 0.03, 0.1
+WORTH = 2.0  # limits of cost, that a place may reach, and that a miss by one sd counts against
+LEAST_TOLD = 0.15  # of the places: fewer agree by chance
+REACH = 1.2  # steps about a place: so far it tells all, and fades to nothing at twice that
 
 
 @dataclass(frozen=True)
 class Followed:
-    """Places s_px (K,), in order, that a helix describes; there strands and coils turn at rate (K,)
-    rad per px of axis, and stretch (K,) px of bundle lie on one; reach_px: see REACH."""
+    """Places s_px (K,), in order, that were read; there strands and coils turn at rate (K,) rad per
+    px of axis, and stretch (K,) px of bundle lie on one; angle_rad (K,) of both together, after a
+    `fold`th turn the same; cost (K,), as a share of the most that a helix may; reach_px: see
+    REACH."""
 
     s_px: np.ndarray
     rate: np.ndarray
     stretch: np.ndarray
+    angle_rad: np.ndarray
+    cost: np.ndarray
+    fold: int
     reach_px: float
+
+    def counted(self, laid: np.ndarray) -> np.ndarray:
+        """Turns (K - 1,) from place to place: of all that lead from angle to angle, those nearest
+        to what is laid (K - 1,)."""
+        part = np.diff(self.angle_rad) / (2.0 * np.pi)
+        return np.asarray(part + np.round((laid - part) * self.fold) / self.fold)
 
     def told(self, s_px: np.ndarray) -> np.ndarray:
         """How much is told of each s (M,), 0..1."""
-        last = self.s_px.size - 1
-        after = np.searchsorted(self.s_px, s_px)
-        beside = self.s_px[np.clip([after - 1, after], 0, last)]
+        return self._told_by(self.s_px, s_px)
+
+    def doubtful(self, s_px: np.ndarray) -> float:
+        """Share of s (M,) that is not told, or at a higher cost than a helix may have."""
+        sure = self.s_px[self.cost < 1.0]
+        return 1.0 - float(self._told_by(sure, s_px).mean()) if sure.size else 1.0
+
+    def _told_by(self, places_px: np.ndarray, s_px: np.ndarray) -> np.ndarray:
+        after = np.searchsorted(places_px, s_px)
+        beside = places_px[np.clip([after - 1, after], 0, places_px.size - 1)]
         away = np.abs(beside - s_px).min(axis=0)
         return np.asarray(np.clip(2.0 - away / self.reach_px, 0.0, 1.0))
 
@@ -76,89 +86,116 @@ class Followed:
 
 
 def follow(found: BundleFit, edges: Edges, start_px: float, end_px: float) -> Followed | None:
-    """A coiled fit followed between two s; None where its own stretch is told by too few edges, or
-    is described no better than others would have to be."""
+    """A coiled fit followed between two s; None where the stretch is short or nothing is told."""
     fit = found.fit
     coil = coil_px(float(fit.p[KC]), fit.diameter_px)
     half = 0.5 * max(WINDOW * coil, SHORTEST * fit.diameter_px)
     part = replace(edges.window(start_px, end_px), half_slope=FLANK, light=None)
     if part.s_px.size < 2.0 * half:
         return None
-    small = reduced(part, fit.diameter_px / FOLLOWED_DIAMETER_PX)
-    middle = 0.5 * float(part.s_px[0] + part.s_px[-1])
-    own = 0.5 * (fit.z_px[0] + fit.z_px[1])
-    p = small.down(rescaled(fit.p, 1.0, middle - own))
-    scale = 2.0 * SCALE_PX / small.factor
-    lines = small.edges.observed, small.edges.trusted, small.edges.worth
-
-    def fitted(
-        p: np.ndarray, s_px: np.ndarray, most: float, steps: int
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        at = (s_px - middle - small.shift) / small.factor
-        reach = half / small.factor
-        found = _fitted(p, at, reach, *lines, *fit.section.outer, scale, most, steps)
-        return found  # type: ignore[no-any-return]
-
-    begun, cost, _ = fitted(p, np.array([own]), np.inf, BEGUN_STEPS)
-    noise = noise_cost(edges.window(*fit.z_px), 2.0 * SCALE_PX)
-    most = noise + float(np.clip(LIKE * (cost[0] - noise), LEAST_COST, MOST_COST))
-    most = min(most, POOR)
-    if not cost[0] < most:
-        return None
+    own = float(np.clip(0.5 * (fit.z_px[0] + fit.z_px[1]), start_px + half, end_px - half))
     step = STEP * coil
-    up = np.arange(own + step, end_px - half, step)
-    down = np.arange(own - step, start_px + half, -step)
-    found_up, _, good_up = fitted(begun[0], up, most, STEPS)
-    found_down, _, good_down = fitted(begun[0], down, most, STEPS)
-    all_p = np.concatenate([found_down[::-1], begun, found_up])
-    good = np.concatenate([good_down[::-1], [True], good_up])
-    s_px = np.concatenate([down[::-1], [own], up])[good]
-    rates = all_p[good][:, [K, KC]].sum(axis=1) / small.factor
-    stretch = np.hypot(1.0, all_p[good][:, RC] * all_p[good][:, KC])
-    return Followed(s_px, rates, stretch, REACH * step)
+    up = np.append(np.arange(own, end_px - half, step), end_px - half)
+    down = np.append(np.arange(own - step, start_px + half, -step), start_px + half)
+    noise = noise_cost(edges.window(*fit.z_px), 2.0 * SCALE_PX)
+    s_px, cost, rate, stretch, angle = _places(fit, part, half, up, down, noise)
+    turns = 2.0 * np.pi
+    kept = _agreeing(s_px, rate / turns, angle / turns, cost, fit.section.fold)
+    if kept.sum() < LEAST_TOLD * (up.size + down.size):
+        return None
+    s_px, rate, stretch, angle, cost = (x[kept] for x in (s_px, rate, stretch, angle, cost))
+    return Followed(s_px, rate, stretch, angle, cost, fit.section.fold, REACH * step)
+
+
+def _places(
+    fit: HelixFit, part: Edges, half_px: float, up: np.ndarray, down: np.ndarray, noise: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """What is read at places up (K,) and down (L,) from the fit's own, the first of `up`, in order
+    and some twice: s (M,), its cost, as a share of the most that a helix may cost, and rate,
+    stretch and angle as in `Followed`."""
+    small = reduced(part, fit.diameter_px / FOLLOWED_DIAMETER_PX)
+    edges, factor = small.edges, small.factor
+    middle = 0.5 * float(part.s_px[0] + part.s_px[-1])
+    seen = Seen(edges.observed, edges.trusted, edges.worth, 2.0 * SCALE_PX / factor)
+    sites = Sites(*fit.section.outer, 2.0 * np.pi / fit.section.fold)
+    half = half_px / factor
+
+    def at(s_px: np.ndarray) -> np.ndarray:
+        return (s_px - middle - small.shift) / factor
+
+    own = small.down(rescaled(fit.p, 1.0, middle - 0.5 * (fit.z_px[0] + fit.z_px[1])))
+    begun, costs, _ = carried(own, at(up[:1]), half, seen, sites, WHATEVER, BEGUN_STEPS)
+    above = float(costs[0]) - noise
+    most = min(noise + float(np.clip(LIKE * above, LEAST_COST, MOST_COST)), POOR)
+    limits = Limits(
+        noise + float(np.clip(WELL * above, LEAST_WELL, MOST_WELL)),
+        most,
+        min(max(noise + UNEVEN_COST, most), POOR),
+    )
+    if costs[0] < most:
+        own = begun[0]
+    there = [carried(own, at(s), half, seen, sites, limits, STEPS) for s in (up, down)]
+    s_px = np.concatenate([down[::-1], up])
+    p, costs, well = (np.concatenate([y[::-1], x]) for x, y in zip(*there, strict=True))
+    all_s, all_p, all_costs = [s_px], [p], [costs]
+    for back in _to_come_back(well, down.size):
+        again, its, _ = carried(p[back[0]], at(s_px[back[1:]]), half, seen, sites, limits, STEPS)
+        all_s.append(s_px[back[1:]])
+        all_p.append(again)
+        all_costs.append(its)
+    s_px, p, costs = np.concatenate(all_s), np.concatenate(all_p), np.concatenate(all_costs)
+    told = np.argsort(s_px, kind="stable")
+    told = told[costs[told] < limits.loose]
+    s_px, p, costs = s_px[told], p[told], costs[told]
+    z = at(s_px)
+    for k, s, to in ((0, down[-1], -half), (-1, up[-1], half)) if told.size else ():
+        if s_px[k] != s:
+            continue
+        end, cost = at_the_end(p[k], float(at(s)), to, seen, sites)
+        if cost < limits.loose:
+            where = 0 if k == 0 else s_px.size
+            s_px, costs = (
+                np.insert(line, where, value)
+                for line, value in ((s_px, s + to * factor), (costs, cost))
+            )
+            p, z = np.insert(p, where, end, axis=0), np.insert(z, where, 0.0)
+    rate, stretch = p[:, K] + p[:, KC], np.hypot(1.0, p[:, RC] * p[:, KC])
+    angle = p[:, PHI] + p[:, PHIC] + rate * z
+    return s_px, costs / most, rate / factor, stretch, angle
+
+
+def _to_come_back(well: np.ndarray, own: int) -> list[np.ndarray]:
+    """Places, one behind the other, on which to come back from one that a helix describes well (the
+    first of each) over others; well (K,): which do, carried from `own` to both ends."""
+    runs = np.split(np.arange(well.size), np.flatnonzero(np.diff(well)) + 1)
+    back = []
+    for run in runs:
+        beyond = run[-1] + 1 if run[0] > own else run[0] - 1
+        if not well[run[0]] and 0 <= beyond < well.size:
+            back.append(np.append(beyond, run[::-1] if run[0] > own else run))
+    return back
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _fitted(
-    p, places, half, observed, weights, worth, site_radius, site_angle, give, scale, most, steps
-):  # pragma: no cover - compiled
-    """Parameters (K, 12), costs (K,) and whether they hold (K,) at places (K,), one behind the
-    other, each fitted from the last that held. Parameters and places count from the middle of the
-    edges (2, M)."""
-    count = observed.shape[1]
-    first = -0.5 * (count - 1)
-    found = np.empty((places.size, p.size))
-    costs, good = np.full(places.size, np.inf), np.zeros(places.size, np.bool_)
-    unused = np.empty((FREE.size, FREE.size))
-    unheld = Hold(np.zeros(p.size), np.zeros(p.size))
-    own, coils, last = twist(p), p[KC], p
-    for k in range(places.size):
-        low = max(int(np.ceil(places[k] - half - first)), 0)
-        high = min(int(np.floor(places[k] + half - first)) + 1, count)
-        found[k] = last
-        seen = 0
-        for c in range(low, high):
-            seen += min(weights[0, c], weights[1, c]) > 0.0
-        if seen < max(SEEN * (high - low), FREE.size):
-            continue
-        middle = first + 0.5 * (low + high - 1)
-        problem = Problem(
-            site_radius,
-            site_angle,
-            give,
-            -0.5 * (high - 1 - low),
-            observed[:, low:high].copy(),
-            weights[:, low:high].copy(),
-            worth[:, low:high].copy(),
-            scale,
-            SAMPLING_PX,
-            unheld,
-        )
-        q, cost, total = minimise(moved(last, middle), FREE, problem, steps, unused)
-        found[k] = moved(q, -middle)
-        costs[k] = cost / max(total, 1e-9)
-        like = SLOWEST < q[KC] / coils < FASTEST and abs(twist(q) / own - 1.0) < TWIST_OFF
-        good[k] = costs[k] < most and like
-        if good[k]:
-            last = found[k]
-    return found, costs, good
+def _agreeing(s, rate, angle, cost, fold):  # pragma: no cover - compiled
+    """Which of places s (K,), in order, with rate (turns per px), angle (turns) and cost (K,) lead
+    on to each other: those whose worth, less their misses, is greatest."""
+    best, before = np.empty(s.size), np.full(s.size, -1)
+    for j in range(s.size):
+        worth = WORTH - cost[j]
+        best[j] = worth
+        for i in range(j):
+            if s[j] <= s[i]:
+                continue
+            turns = 0.5 * (rate[i] + rate[j]) * (s[j] - s[i])
+            miss = turns - (angle[j] - angle[i])
+            miss -= np.round(miss * fold) / fold
+            so_far = best[i] + worth - (miss / (MISS + MISS_SHARE * turns)) ** 2
+            if so_far > best[j]:
+                best[j], before[j] = so_far, i
+    kept = np.zeros(s.size, np.bool_)
+    j = int(np.argmax(best)) if s.size else -1
+    while j >= 0:
+        kept[j] = True
+        j = before[j]
+    return kept

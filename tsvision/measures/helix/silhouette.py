@@ -180,8 +180,8 @@ def _crowded_point(z, a, p, give, i, crowd, cos_climb, sin_climb, cp, sp, ct, st
 
 
 @numba.njit(cache=True, inline="always")
-def _normal(ds, dy, rho):  # pragma: no cover - compiled
-    """From a strand's centre, that goes on by ds, dy, to its upper border."""
+def border(ds, dy, rho):  # pragma: no cover - compiled
+    """From the centre of a strand, that goes on by ds, dy, to its upper border."""
     out = rho / (np.sqrt(ds * ds + dy * dy) + 1e-12)
     nx, ny = -dy * out, ds * out
     if ny < 0.0:
@@ -227,7 +227,7 @@ def silhouette(p, site_radius, site_angle, give, z0, count, upper, lower, at_upp
                 s, y, ds, dy = _point(first + j * step, a, p, cos_climb, sin_climb, cp, sp, ct, st)
                 cp, sp = cp * cos_k - sp * sin_k, sp * cos_k + cp * sin_k
                 ct, st = ct * cos_t - st * sin_t, st * cos_t + ct * sin_t
-                nx, ny = _normal(ds, dy, rho)
+                nx, ny = border(ds, dy, rho)
                 xu[j], yu[j] = s + nx, y + ny
                 xl[j], yl[j] = s - nx, y - ny
         else:
@@ -237,11 +237,11 @@ def silhouette(p, site_radius, site_angle, give, z0, count, upper, lower, at_upp
                 )
                 cp, sp = cp * cos_k - sp * sin_k, sp * cos_k + cp * sin_k
                 ct, st = ct * cos_t - st * sin_t, st * cos_t + ct * sin_t
-                nx, ny = _normal(ds, dy, rho)
+                nx, ny = border(ds, dy, rho)
                 xu[j], yu[j] = s + nx, y + ny
                 xl[j], yl[j] = s - nx, y - ny
-        _draw_outermost(upper, at_upper, xu, yu, 1.0, i, rho, z0, first, step)
-        _draw_outermost(lower, at_lower, xl, yl, -1.0, i, rho, z0, first, step)
+        draw_outermost(upper, at_upper, xu, yu, 1.0, i, rho, z0, first, step)
+        draw_outermost(lower, at_lower, xl, yl, -1.0, i, rho, z0, first, step)
     for c in range(count):
         line = p[3] + p[4] * (c + z0)
         upper[c] += line + p[8]
@@ -249,7 +249,7 @@ def silhouette(p, site_radius, site_angle, give, z0, count, upper, lower, at_upp
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _draw_outermost(edge, at, x, y, sense, strand, rho, z0, first, step):
+def draw_outermost(edge, at, x, y, sense, strand, rho, z0, first, step):
     # pragma: no cover - compiled
     """Draw a strand's border x, y (K,), told every `step` from `first` on, into an edge (count,)
     wherever it lies further out; sense +1 upper, -1 lower. at (count, 2): contact z and strand."""

@@ -24,7 +24,8 @@ ENDS_SD = 0.12  # turns: what lies between where apex and connector are seen and
 LEGS_SD = 0.2
 RATE_SD = 0.007  # of the turns and the string between them, ...
 COIL_RATE_SD = 0.02  # ... and where they coil: the pitch's own share there; of the turns, ...
-FOLLOWED_RATE_SD = 0.01  # ... where the coil could be followed all along
+FOLLOWED_RATE_SD = 0.01  # ... where the coil could be followed all along, ...
+DOUBT_SD = 0.1  # ... and of those where it could be at a high cost only, or not
 ENDS_D = 4.0  # from apex and connector, that a coil followed all along may leave untold
 LEAST_COST = 0.01  # of a fit: less is noise
 KNOT_SD = 0.06  # of the turns and the string that knots hold
@@ -76,6 +77,9 @@ def add_budgets(
     held = float(np.mean([each.knot_turns for each in laid]))
     apart = float(np.hypot(ENDS_SD, LEGS_SD)) if looks.strand_count > 2 else ENDS_SD
     sd = float(np.hypot(apart, turn_rate * turns_seen) + 0.5 * np.ptp(turns) + KNOT_SD * held)
+    if followed is not None:
+        doubtful = followed.doubtful(np.arange(np.ceil(apex_px), end))
+        sd += DOUBT_SD * doubtful * turns_seen
     unseen = max(end - looks.sight.end_px, 0.0) / (end - apex_px)
     sd += UNSEEN_SD * unseen * turns_seen
     lay = [_lay(f.fit) for f in fits]

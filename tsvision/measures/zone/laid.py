@@ -80,6 +80,7 @@ def laid_along(
     turning = (along * length + rate * (1.0 - 1.0 / length)) / (2.0 * np.pi)
     if followed is not None:
         turning = _as_followed(turning, s, followed, followed.rate / (2.0 * np.pi))
+        turning = _as_counted(turning, s, followed)
         length = _as_followed(length, s, followed, followed.stretch)
     knotted = _inside(s, knots_px).any(axis=0)
     part = (end_px - start_px) / max(s.size, 1)
@@ -101,6 +102,15 @@ def _as_followed(
     told = followed.told(s)
     elsewhere = 1.0 + float(told.mean()) * (median(times) - 1.0)
     return laid * (elsewhere + told * (np.interp(s, followed.s_px, times) - elsewhere))
+
+
+def _as_counted(laid: np.ndarray, s: np.ndarray, followed: Followed) -> np.ndarray:
+    """Turns at s (M,), as many from place to place as their phases leave possible."""
+    before = np.append(0.0, np.cumsum(laid))
+    grid = np.append(s - 0.5, s[-1] + 0.5)
+    between = np.diff(np.interp(followed.s_px, grid, before))
+    times = np.concatenate([[1.0], followed.counted(between) / between, [1.0]])
+    return np.asarray(laid * times[np.searchsorted(followed.s_px, s)])
 
 
 def _inside(s: np.ndarray, knots_px: list[tuple[float, float]], beyond: float = 0.0) -> np.ndarray:
