@@ -10,7 +10,7 @@ from tests.measures.pictures import CASE, measure, picture
 from tsvision.flags import Flag, flags_from_text
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.recording import Measurer
-from tsvision.measures.zone.doubts import edges_poor
+from tsvision.measures.zone.doubts import edges_poor, stands_alone
 from tsvision.records import Frame, FrameRow, Rig, Strings
 
 
@@ -137,9 +137,10 @@ def test_a_picture_of_noise_has_no_bundle() -> None:
     assert np.isnan(row.diameter_px) or Flag.ENVELOPE_ONLY in flags_from_text(row.flags)
 
 
-def test_edges_without_ground_beside_them_are_flagged() -> None:
-    """The same yarn all over: what is taken for a bundle ends nowhere."""
-    rng = np.random.default_rng(11)
+@pytest.mark.parametrize("seed", [11, 13])
+def test_edges_without_ground_beside_them_are_flagged(seed: int) -> None:
+    """The same yarn all over: what is taken for a bundle ends nowhere, and may be short."""
+    rng = np.random.default_rng(seed)
     noise = cv2.GaussianBlur(rng.normal(0.0, 1.0, (200, 400)), (0, 0), sigmaX=9.0, sigmaY=3.0)
     yarn = np.clip(128 + 60 * noise / noise.std(), 0, 255).astype(np.uint8)
     row = measure(yarn)
@@ -153,5 +154,9 @@ def test_edges_that_matched_badly_are_told_from_those_that_did_not() -> None:
     for weight, poor in ((0.4, True), (0.75, False)):
         edges = Edges(s, 0.0 * s + 10.0, 0.0 * s - 10.0, 0.0 * s + weight, 0.0 * s + 0.9)
         assert edges_poor(edges) is poor
+    short = np.where((s > 60.0) & (s < 100.0), 0.9, 0.0)
+    some = Edges(s, 0.0 * s + 10.0, 0.0 * s - 10.0, short, short)
+    assert stands_alone(some, np.nan) and not stands_alone(some, 4.0)
+    assert not stands_alone(Edges(s, s, s, 0.0 * s + 0.9, 0.0 * s + 0.9), np.nan)
     holes = np.where(s % 4 < 2, 0.9, 0.0)  # one side is seen along half of the bundle
     assert edges_poor(Edges(s, 0.0 * s + 10.0, 0.0 * s - 10.0, holes, 0.0 * s + 0.9))

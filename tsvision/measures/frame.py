@@ -36,6 +36,7 @@ from tsvision.measures.zone.doubts import (
     edges_poor,
     knots_unsure,
     less_sure_of_pitch,
+    stands_alone,
     turns_disagree,
 )
 from tsvision.measures.zone.fits import apex_of, best_known, fit_bundle, within_zone
@@ -109,7 +110,7 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
     row = add_budgets(
         outlined.row, looks, near, mid, meet_px, outer, outlined.knot_ends_px, outlined.tight
     )
-    if edges_poor(edges):
+    if edges_poor(edges) or stands_alone(edges, looks.ends.plate_px):
         flags |= Flag.EDGE_POOR
     if turns_disagree(row, near):
         flags |= Flag.TURNS_DISAGREE

@@ -15,6 +15,9 @@ from tsvision.measures.helix.weigh import doubt
 from tsvision.records import FrameRow, KnotSighting
 
 POOR_WEIGHT = 0.55  # of the edges along the bundle, in the mean: films show 0.7 and more
+LITTLE = (
+    0.3  # of its strip, that a bundle without a separator fills at least: views show it all along
+)
 GROSSLY = 1.2  # by how much a fit counts less for its rate: 1.75 times the motor's, or a third
 SURE = 0.9  # confidence of a knot below which it may be none
 BORDER_PX = 1.5  # of the picture: an edge this near to it is the picture's own
@@ -27,6 +30,14 @@ def edges_poor(edges: Edges) -> bool:
     matched = np.minimum(edges.upper_weight, edges.lower_weight)
     seen = np.flatnonzero((edges.upper_weight > 0) | (edges.lower_weight > 0))
     return bool(seen.size and matched[seen[0] : seen[-1] + 1].mean() < POOR_WEIGHT)
+
+
+def stands_alone(edges: Edges, plate_px: float) -> bool:
+    """Whether edges are seen along little of the strip, and no separator tells why: so it is where
+    some stretch of what looks alike all over is taken for a bundle."""
+    seen = np.flatnonzero((edges.upper_weight > 0) | (edges.lower_weight > 0))
+    along = seen[-1] + 1 - seen[0] if seen.size else 0
+    return bool(np.isnan(plate_px) and along < LITTLE * edges.s_px.size)
 
 
 def turns_disagree(row: FrameRow, near: BundleFit | None) -> bool:
