@@ -68,7 +68,7 @@ def fit_to(edges: Edges, low_px: float, high_px: float) -> BundleFit:
 
 
 def line_of(s_px: list[float], rate: list[float], stretch: list[float]) -> Followed:
-    lines = (s_px, rate, stretch, s_px, [0.5] * len(s_px))
+    lines = (s_px, rate, stretch, s_px)
     return Followed(*(np.array(x) for x in lines), 2, 12.0)
 
 
@@ -178,15 +178,6 @@ def test_between_places_all_is_told_and_less_beyond() -> None:
     np.testing.assert_allclose(told, [0.0, 0.5, 1.0, 1.0, 0.0])
     alone = line_of([100.0], [0.2], [1.0])
     np.testing.assert_allclose(alone.told(np.array([100.0, 300.0])), [1.0, 0.0])
-
-
-def test_what_is_told_at_a_high_cost_or_not_at_all_is_doubtful() -> None:
-    line = line_of([0.0, 20.0, 40.0, 60.0], [0.2] * 4, [1.0] * 4)
-    s = np.arange(0.0, 61.0)
-    assert line.doubtful(s) == 0.0
-    high = replace(line, cost=np.array([0.5, 0.5, 1.5, 1.5]))
-    assert high.doubtful(s) == pytest.approx(22.0 / 61.0, abs=0.02)
-    assert replace(line, cost=np.full(4, 1.5)).doubtful(s) == 1.0
 
 
 @pytest.mark.parametrize(

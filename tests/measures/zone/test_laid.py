@@ -138,7 +138,7 @@ def test_what_was_read_beside_waists_goes_for_them() -> None:
     places = np.concatenate([np.arange(a, b, 20.0) for a, b in bounds])
     read = np.interp(places, s, true)
     turning = 2.0 * np.pi * read
-    followed = Followed(places, turning, turning, turning, turning, fold=2, reach_px=12.0)
+    followed = Followed(places, turning, turning, turning, fold=2, reach_px=12.0)
     found = _as_followed(0.96 * true, s, followed, read)
     np.testing.assert_allclose(found, true, rtol=0.02)
     assert found.sum() == pytest.approx(true.sum(), rel=0.003)
@@ -151,7 +151,7 @@ def test_what_is_laid_is_made_to_end_in_the_angles_that_were_read() -> None:
     true = np.array([1.2, 1.45, 0.6])
     angle = 2.0 * np.pi * (np.append(0.0, np.cumsum(true)) % 0.5)
     ones = np.ones(4)
-    followed = Followed(places, ones, ones, angle, ones, fold=2, reach_px=12.0)
+    followed = Followed(places, ones, ones, angle, fold=2, reach_px=12.0)
     found = _as_counted(np.full(s.size, 0.055), s, followed)
     between = np.diff(np.interp(places, np.arange(101.0) - 0.5, np.append(0.0, found.cumsum())))
     np.testing.assert_allclose(between, true)

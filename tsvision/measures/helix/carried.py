@@ -40,11 +40,12 @@ PIECES = 5  # of an uneven stretch's radius
 COMES_BACK = 0.6  # of a stretch, beyond which a coil may be as wide as elsewhere again
 # What lying 100 % off costs the rate of an uneven coil, and its change; and one px off its radius.
 RATE_PX2, CHANGE_PX2, RADIUS_PX2 = 0.3, 1.0, 0.02
-HELPS = 0.8
-LIKE_NOISE = 1.1
+# Of a helix's cost, that an uneven stretch has to come below to count; else it is noise that both
+# leave, and a helix that costs so many times as much is well enough from there on.
+HELPS, LIKE_NOISE = 0.8, 1.1
 STEPS = 2  # of a descent of a helix, which begins close to where it ends
 UNEVEN_STEPS = 8
-WIDER = 4.0  # residuals that count in full at first
+WIDER = 4.0  # times the scale of residuals: at first, larger ones count
 PHASES = 6  # of the strands that are tried where the coil was lost
 
 
@@ -69,12 +70,11 @@ class Sites(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """Costs: below `tight` a helix describes a place well, below `most` at all, if nothing does it
-    better; below `loose` an uneven stretch may."""
+    """Costs: below `tight` a helix describes a place well, below `most` it or an uneven stretch
+    describes it at all."""
 
     tight: float
     most: float
-    loose: float
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -154,7 +154,7 @@ def carried(p, places, half, seen, sites, limits, steps):  # pragma: no cover - 
             tight = max(tight, LIKE_NOISE * cost)
             last, lost, before_at = found[here], False, np.nan
             continue
-        lost = not best_cost < limits.loose
+        lost = not best_cost < limits.most
         costs[here] = np.inf if lost else best_cost
         before_at = np.nan
         if not lost:

@@ -30,15 +30,14 @@ FOLLOWED_DIAMETER_PX = 12.0  # wider bundles are followed at reduced size
 STEP, WINDOW = 0.25, 1.5  # of a coil: from place to place, and what is fitted about each
 SHORTEST = 2.5  # D, of what is fitted
 BEGUN_STEPS = 12  # of the first descent, ...
-WHATEVER = Limits(np.inf, np.inf, np.inf)  # ... which is heard in any case
+WHATEVER = Limits(np.inf, np.inf)  # ... which is heard in any case
 # What a place may cost above the edges' noise: twice what the fit's own does, within these; if no
 # more than so much of that, nothing else is tried; an uneven stretch may cost so much.
 LIKE, LEAST_COST, MOST_COST = 2.0, 0.06, 0.12
 WELL, LEAST_WELL, MOST_WELL = 1.0, 0.02, 0.06
-UNEVEN_COST = 0.2
 # Of turns, and of those between two places, by which their angle may differ from what they expect.
 MISS, MISS_SHARE = 0.03, 0.1
-WORTH = 2.0  # limits of cost, that a place may reach, and that a miss by one sd counts against
+WORTH = 2.0  # of a place that costs nothing; one at the limit has 1, as much as a miss by one sd
 LEAST_TOLD = 0.15  # of the places: fewer agree by chance
 REACH = 1.2  # steps about a place: so far it tells all, and fades to nothing at twice that
 
@@ -47,14 +46,12 @@ REACH = 1.2  # steps about a place: so far it tells all, and fades to nothing at
 class Followed:
     """Places s_px (K,), in order, that were read; there strands and coils turn at rate (K,) rad per
     px of axis, and stretch (K,) px of bundle lie on one; angle_rad (K,) of both together, after a
-    `fold`th turn the same; cost (K,), as a share of the most that a helix may; reach_px: see
-    REACH."""
+    `fold`th turn the same; reach_px: see REACH."""
 
     s_px: np.ndarray
     rate: np.ndarray
     stretch: np.ndarray
     angle_rad: np.ndarray
-    cost: np.ndarray
     fold: int
     reach_px: float
 
@@ -66,16 +63,8 @@ class Followed:
 
     def told(self, s_px: np.ndarray) -> np.ndarray:
         """How much is told of each s (M,), 0..1."""
-        return self._told_by(self.s_px, s_px)
-
-    def doubtful(self, s_px: np.ndarray) -> float:
-        """Share of s (M,) that is not told, or at a higher cost than a helix may have."""
-        sure = self.s_px[self.cost < 1.0]
-        return 1.0 - float(self._told_by(sure, s_px).mean()) if sure.size else 1.0
-
-    def _told_by(self, places_px: np.ndarray, s_px: np.ndarray) -> np.ndarray:
-        after = np.searchsorted(places_px, s_px)
-        beside = places_px[np.clip([after - 1, after], 0, places_px.size - 1)]
+        after = np.searchsorted(self.s_px, s_px)
+        beside = self.s_px[np.clip([after - 1, after], 0, self.s_px.size - 1)]
         away = np.abs(beside - s_px).min(axis=0)
         return np.asarray(np.clip(2.0 - away / self.reach_px, 0.0, 1.0))
 
@@ -103,8 +92,8 @@ def follow(found: BundleFit, edges: Edges, start_px: float, end_px: float) -> Fo
     kept = _agreeing(s_px, rate / turns, angle / turns, cost, fit.section.fold)
     if kept.sum() < LEAST_TOLD * (up.size + down.size):
         return None
-    s_px, rate, stretch, angle, cost = (x[kept] for x in (s_px, rate, stretch, angle, cost))
-    return Followed(s_px, rate, stretch, angle, cost, fit.section.fold, REACH * step)
+    s_px, rate, stretch, angle = (x[kept] for x in (s_px, rate, stretch, angle))
+    return Followed(s_px, rate, stretch, angle, fit.section.fold, REACH * step)
 
 
 def _places(
@@ -127,11 +116,7 @@ def _places(
     begun, costs, _ = carried(own, at(up[:1]), half, seen, sites, WHATEVER, BEGUN_STEPS)
     above = float(costs[0]) - noise
     most = min(noise + float(np.clip(LIKE * above, LEAST_COST, MOST_COST)), POOR)
-    limits = Limits(
-        noise + float(np.clip(WELL * above, LEAST_WELL, MOST_WELL)),
-        most,
-        min(max(noise + UNEVEN_COST, most), POOR),
-    )
+    limits = Limits(noise + float(np.clip(WELL * above, LEAST_WELL, MOST_WELL)), most)
     if costs[0] < most:
         own = begun[0]
     there = [carried(own, at(s), half, seen, sites, limits, STEPS) for s in (up, down)]
@@ -145,14 +130,14 @@ def _places(
         all_costs.append(its)
     s_px, p, costs = np.concatenate(all_s), np.concatenate(all_p), np.concatenate(all_costs)
     told = np.argsort(s_px, kind="stable")
-    told = told[costs[told] < limits.loose]
+    told = told[costs[told] < most]
     s_px, p, costs = s_px[told], p[told], costs[told]
     z = at(s_px)
     for k, s, to in ((0, down[-1], -half), (-1, up[-1], half)) if told.size else ():
         if s_px[k] != s:
             continue
         end, cost = at_the_end(p[k], float(at(s)), to, seen, sites)
-        if cost < limits.loose:
+        if cost < most:
             where = 0 if k == 0 else s_px.size
             s_px, costs = (
                 np.insert(line, where, value)

@@ -25,7 +25,7 @@ LEGS_SD = 0.2
 RATE_SD = 0.007  # of the turns and the string between them, ...
 COIL_RATE_SD = 0.02  # ... and where they coil: the pitch's own share there; of the turns, ...
 FOLLOWED_RATE_SD = 0.01  # ... where the coil could be followed all along, ...
-DOUBT_SD = 0.1  # ... and of those where it could be at a high cost only, or not
+UNTOLD_SD = 0.1  # ... and of those where it could not
 ENDS_D = 4.0  # from apex and connector, that a coil followed all along may leave untold
 LEAST_COST = 0.01  # of a fit: less is noise
 KNOT_SD = 0.06  # of the turns and the string that knots hold
@@ -78,8 +78,8 @@ def add_budgets(
     apart = float(np.hypot(ENDS_SD, LEGS_SD)) if looks.strand_count > 2 else ENDS_SD
     sd = float(np.hypot(apart, turn_rate * turns_seen) + 0.5 * np.ptp(turns) + KNOT_SD * held)
     if followed is not None:
-        doubtful = followed.doubtful(np.arange(np.ceil(apex_px), end))
-        sd += DOUBT_SD * doubtful * turns_seen
+        untold = 1.0 - float(followed.told(np.arange(np.ceil(apex_px), end)).mean())
+        sd += UNTOLD_SD * untold * turns_seen
     unseen = max(end - looks.sight.end_px, 0.0) / (end - apex_px)
     sd += UNSEEN_SD * unseen * turns_seen
     lay = [_lay(f.fit) for f in fits]
