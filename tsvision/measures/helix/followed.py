@@ -32,7 +32,7 @@ SHORTEST = 2.5  # D, of what is fitted
 BEGUN_STEPS = 12  # of the first descent, ...
 WHATEVER = Limits(np.inf, np.inf)  # ... which is heard in any case
 # What a place may cost above the edges' noise: twice what the fit's own does, within these; if no
-# more than so much of that, nothing else is tried; an uneven stretch may cost so much.
+# more than so much of that, nothing else is tried.
 LIKE, LEAST_COST, MOST_COST = 2.0, 0.06, 0.12
 WELL, LEAST_WELL, MOST_WELL = 1.0, 0.02, 0.06
 # Of turns, and of those between two places, by which their angle may differ from what they expect.

@@ -15,9 +15,7 @@ from tsvision.measures.helix.weigh import doubt
 from tsvision.records import FrameRow, KnotSighting
 
 POOR_WEIGHT = 0.55  # of the edges along the bundle, in the mean: films show 0.7 and more
-LITTLE = (
-    0.3  # of its strip, that a bundle without a separator fills at least: views show it all along
-)
+LITTLE = 0.3  # of its strip, that a bundle without a separator in view fills at least
 GROSSLY = 1.2  # by how much a fit counts less for its rate: 1.75 times the motor's, or a third
 SURE = 0.9  # confidence of a knot below which it may be none
 BORDER_PX = 1.5  # of the picture: an edge this near to it is the picture's own
