@@ -22,9 +22,11 @@ from tsvision.measures.ends.leg_gauge import gauge_from_legs
 from tsvision.measures.ends.legs import Face
 from tsvision.measures.ends.start import Start, find_start
 from tsvision.measures.handedness import slope_between
+from tsvision.measures.helix.gives import gives_alike
 from tsvision.measures.helix.section import pair_core
 from tsvision.measures.helix.silhouette import Section
 from tsvision.measures.helix.uncertainty import light_sd_px
+from tsvision.measures.helix.windows import learning_windows
 from tsvision.measures.light.learnt import (
     Learnt,
     Pairs,
@@ -139,6 +141,10 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
     if count == 2 and start.known and untold:
         shading, wider = _by_legs(learnt, start, ends, rig, scale)
         diameter += wider
+    seen = [replace(find_edges(cut, shading), trust=edge.trust) for cut in cuts]
+    windows = [learning_windows(cut, diameter)[:1] for cut in cuts]
+    stretches = [(e, window) for e, of in zip(seen, windows, strict=True) for window in of]
+    section = gives_alike(stretches, section, diameter)
     return Looks(
         sight=learnt.sight,
         section=section,

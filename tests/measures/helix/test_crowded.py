@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from synth.actuator import state_at
-from synth.render import make_scene
-from synth.settings import PAPER_ONSET_TURNS, Law, Settings, Strings
-from synth.truth import frame_truth
+from tests.measures.coils import behind_the_apex, touching_coil
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.helix.bundle import SCALE_PX, fit_window
 from tsvision.measures.helix.crowded import crowded, given_way
@@ -59,31 +56,12 @@ def test_strands_that_give_way_overlap_no_more(strings: int) -> None:
     assert 1.0 - after < 0.5 * (1.0 - before)
 
 
-def rendered(strings: int) -> tuple[Edges, float, float]:
-    """The exact outline of a coil whose strands touch, its D and pitch in px."""
-    turns = 1.4 * PAPER_ONSET_TURNS[strings]
-    law = Law(overtwist_turns=PAPER_ONSET_TURNS[strings], knots=False)
-    settings = Settings(turns=(0.0, turns), strings=Strings(count=strings), law=law)
-    view = make_scene(settings).view
-    truth = frame_truth(settings, view, state_at(settings, 1), 1)
-    seen = np.isfinite(truth.upper_px)
-    sure = seen.astype(float)
-    upper, lower = (np.where(seen, edge, 0.0) for edge in (truth.upper_px, truth.lower_px))
-    return (
-        Edges(truth.s_px, upper, lower, sure, sure),
-        truth.row["midspan_diameter_mm"] / truth.row["diameter_mm"] * truth.row["diameter_px"],
-        truth.row["pitch_px"],
-    )
-
-
 @pytest.mark.parametrize("strings", [6, 8])
 def test_the_coil_of_strands_that_touch_is_no_thinner(strings: int) -> None:
     """By contact solved in space, which shares nothing with what is fitted."""
-    edges, diameter, pitch = rendered(strings)
-    first = edges.s_px[edges.both_seen][0] + 2.4 * diameter
-    found = fit_window(
-        edges, pair_core(strings), first, first + 8.0 * diameter, diameter, float("nan")
-    )
+    edges, diameter, pitch = touching_coil(strings)
+    stretch = behind_the_apex(edges, diameter)
+    found = fit_window(edges, pair_core(strings), *stretch, diameter, float("nan"))
     assert found is not None and found.fit.coiled
     assert found.fit.diameter_px == pytest.approx(diameter, rel=0.015)
     assert found.fit.pitch_px == pytest.approx(pitch, rel=0.012)

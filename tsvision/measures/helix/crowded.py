@@ -17,7 +17,7 @@ import numpy as np
 
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.helix.fit import HelixFit, fit_helix
-from tsvision.measures.helix.loose import hold_about_none
+from tsvision.measures.helix.loose import held_about
 from tsvision.measures.helix.section import room_needed
 from tsvision.measures.helix.silhouette import (
     CROWD,
@@ -30,7 +30,6 @@ from tsvision.measures.helix.silhouette import (
 )
 
 FEWEST = 5  # strands: four lie in each other's valleys, and hardly give
-GIVEN_SD = 0.5  # before the outline is asked, about none
 STEPS = 6  # of a fit that begins close to where it ends
 TOUCHING = 1.03  # of d, that two strands may lie apart and be taken to touch
 ALONG = np.linspace(-0.99, 0.99, 199)  # d, at which two strands' distance is looked at
@@ -39,19 +38,25 @@ HALVINGS = 8
 
 
 def crowded(edges: Edges, fit: HelixFit, scale_px: float) -> HelixFit:
-    """A coiled fit whose strands give as far as its edges say, or as it is where those say that
-    they do not."""
+    """A coiled fit whose strands give as far as its edges, and what is known beforehand, say, or as
+    it is where those say that they do not."""
     if fit.section.count < FEWEST:
         return fit
+    given = asked(edges, fit, scale_px)
+    return given if given.p[CROWD] > 0.0 else fit
+
+
+def asked(edges: Edges, fit: HelixFit, scale_px: float) -> HelixFit:
+    """A coiled fit and what its strands give, below none where noise says so."""
     twisted = float(twist(fit.p))
     thick_px = 2.0 * _rho_px(fit.section, fit.diameter_px, twisted)
     curvature = float(fit.p[RC] * fit.p[KC] ** 2) / fit.stretch**2
     give_d = given_way(fit.section, thick_px * twisted, thick_px * curvature)
-    hold = hold_about_none(CROWD, GIVEN_SD, fit.rms_px)
+    hold = held_about(CROWD, *fit.section.gives, fit.rms_px)
     section = replace(fit.section, give_d=give_d)
     free = (*FREE_COILED, CROWD)
     given = fit_helix(edges, section, fit.p, free, scale_px, STEPS, near=True, hold=hold)
-    return replace(given, relief=fit.relief) if given.p[CROWD] > 0.0 else fit
+    return replace(given, relief=fit.relief)
 
 
 def _rho_px(section: Section, diameter_px: float, twist_rad_per_px: float) -> float:

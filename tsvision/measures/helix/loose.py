@@ -29,16 +29,17 @@ FITTED, SETTLED = 2, 0.8
 LOOSE = (*FREE_STRAIGHT, TILT, OPEN)
 
 
-def hold_about_none(which: int, sd: float, rms_px: float) -> Hold:
-    """Of one parameter that is likely none, for edges that lie so far off a fit."""
-    px2 = np.zeros(PARAMETERS)
+def held_about(which: int, value: float, sd: float, rms_px: float) -> Hold:
+    """Of one parameter that is known so well beforehand, for edges that lie so far off a fit."""
+    toward, px2 = np.zeros(PARAMETERS), np.zeros(PARAMETERS)
+    toward[which] = value
     px2[which] = (WIDENED * max(rms_px, 1e-3) / sd) ** 2
-    return Hold(np.zeros(PARAMETERS), px2)
+    return Hold(toward, px2)
 
 
 def aslant_hold(rms_px: float) -> Hold:
     """Of the tilt, for edges that lie so far off a fit."""
-    return hold_about_none(TILT, TILT_SD, rms_px)
+    return held_about(TILT, 0.0, TILT_SD, rms_px)
 
 
 def loosened(edges: Edges, fit: HelixFit, scale_px: float) -> HelixFit:

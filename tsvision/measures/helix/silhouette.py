@@ -23,7 +23,7 @@ Relative signs of k and kc are taken as equal: the bundle coils in the sense in 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numba
@@ -54,12 +54,14 @@ class Section:
     give_d (N, 2, 5): by how much each gives outward, and on around, where strands crowd, in units
     of d: a constant, and what goes as cos, sin, cos 2 and sin 2 of its angle from the inner side of
     the coil's bend. None: they are not asked.
+    gives: the share of that which strands are taken to give before they are asked, and its sd.
     """
 
     name: str
     radius_d: np.ndarray
     angle_rad: np.ndarray
     give_d: np.ndarray | None = None
+    gives: tuple[float, float] = (0.0, 0.5)
 
     @cached_property
     def diameter_d(self) -> float:
@@ -120,7 +122,7 @@ class Section:
             turned = points * np.exp(1j * turn)
             if np.abs(turned[:, None] - mirrored[None, :]).min(axis=1).max() < 1e-6:
                 return (self,)
-        return self, Section(f"{self.name}_mirrored", self.radius_d, -self.angle_rad)
+        return self, replace(self, name=f"{self.name}_mirrored", angle_rad=-self.angle_rad)
 
 
 @numba.njit(cache=True, inline="always")
