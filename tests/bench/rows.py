@@ -6,9 +6,9 @@ Each DIR holds recordings that `tests.bench.onset_battery --rendered DIR` has re
 measured: 960 x 540, the whole zone in view, bundles 15 to 40 px wide. Rows are widened by their
 scatter as those of a measurement are. Only frames whose comparison is fair (the truth's masks). By
 preset, straight and coiled; rms and median of the errors' sizes, and the share of 95 % intervals
-that hold the truth. Beside D, which is told near the separator, that in mid-span: the truth's is the
-widest of one pitch, and the first pitch of a coil, where legs come in, is up to 5 % wider than those
-that are fitted. Then, by preset and phase, turns seen in the picture less those of the motor
+that hold the truth. Beside D, which is told near the separator, that in mid-span: the truth's is
+the widest of one pitch, and the first pitch of a coil, where legs come in, is up to 5 % wider than
+those that are fitted. Then, by preset and phase, turns seen in the picture less those of the motor
 that reached the strings: the share within 2 % or 0.3 turns, median, 95th percentile of the size.
 """
 

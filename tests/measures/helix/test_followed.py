@@ -1,7 +1,4 @@
-"""Coils that widen along the bundle, drawn as spheres swept along two strands in space.
-
-The truth is counted on the centre line: the strands' twist about it and the line's own writhe.
-"""
+"""Coils that widen and narrow along the bundle, followed from place to place."""
 
 from __future__ import annotations
 
@@ -10,61 +7,28 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.measures.swept import COIL_PX, LENGTH_PX, D, bundle, from_the_axis
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.helix.bundle import BundleFit, fit_window
 from tsvision.measures.helix.followed import Followed, _agreeing, follow
 from tsvision.measures.helix.section import pair_core
-
-D = 20.0
-TWIST = 2.0 * np.pi / 40.0  # rad per px of bundle
-COIL_PX = 38.0
-LENGTH_PX = 640
-
-
-def bundle(radius: np.ndarray) -> tuple[Edges, np.ndarray]:
-    """Edges (M,) of two strands about a line that coils with a radius (M,), and the turns from the
-    first column to each (M,)."""
-    fine = 8
-    s = np.arange(radius.size * fine) / fine
-    r = np.interp(s, np.arange(radius.size), radius)
-    angle = 2.0 * np.pi * s / COIL_PX
-    line = np.stack([s, r * np.cos(angle), r * np.sin(angle)], axis=1)
-    along = np.gradient(line, axis=0)
-    step = np.linalg.norm(along, axis=1)
-    tangent = along / step[:, None]
-    across = np.empty_like(line)  # carried along the line without turning about it
-    across[0] = np.cross(tangent[0], [0.0, 0.0, 1.0])
-    for i in range(1, len(line)):
-        across[i] = across[i - 1] - (across[i - 1] @ tangent[i]) * tangent[i]
-        across[i] /= np.linalg.norm(across[i])
-    twist = TWIST * np.cumsum(step)[:, None]
-    away = 0.25 * D * (np.cos(twist) * across + np.sin(twist) * np.cross(tangent, across))
-    x = np.arange(radius.size, dtype=float)
-    upper, lower = np.full(x.size, -np.inf), np.full(x.size, np.inf)
-    for strand in (line + away, line - away):
-        for column in range(-6, 7):
-            at = np.round(strand[:, 0]).astype(int) + column
-            reach = np.sqrt(np.maximum((0.25 * D) ** 2 - (at - strand[:, 0]) ** 2, 0.0))
-            seen = (at >= 0) & (at < x.size) & (reach > 0.0)
-            np.maximum.at(upper, at[seen], (strand[:, 1] + reach)[seen])
-            np.minimum.at(lower, at[seen], (strand[:, 1] - reach)[seen])
-    lead = 1.0 - 1.0 / (step * fine)
-    turns = (twist[:, 0] + np.cumsum(lead * np.gradient(angle))) / (2.0 * np.pi)
-    ones = np.ones(x.size)
-    return Edges(x, upper, lower, ones, ones), turns[::fine]
-
-
-def from_the_axis(radius: np.ndarray) -> np.ndarray:
-    """A radius (M,) that legs and connector hold at 0 at either end."""
-    s = np.arange(radius.size)
-    grown = np.clip(np.minimum(s, s[-1] - s) / 30.0, 0.0, 1.0)
-    return np.asarray(radius * grown**2 * (3.0 - 2.0 * grown))
+from tsvision.measures.zone.envelope import Envelope
+from tsvision.measures.zone.laid import expected_along
 
 
 def fit_to(edges: Edges, low_px: float, high_px: float) -> BundleFit:
     found = fit_window(edges, pair_core(2), low_px, high_px, D, np.nan)
     assert found is not None and found.fit.coiled
     return found
+
+
+def followed_by(
+    found: BundleFit, edges: Edges, start_px: float = 0.0, end_px: float = LENGTH_PX - 1.0
+) -> Followed | None:
+    """Where no knot is expected."""
+    seen = Envelope(np.full(LENGTH_PX, D), D)
+    expected = expected_along(found, edges, seen, [], start_px, end_px)
+    return follow(found, edges, expected, start_px, end_px)
 
 
 def line_of(s_px: list[float], rate: list[float], stretch: list[float]) -> Followed:
@@ -84,7 +48,7 @@ def test_a_coil_that_widens_all_along() -> None:
     """From 3 to 8 px; the fit beside the narrow end, carried over, misses 1.5 turns of 19."""
     edges, turns = bundle(from_the_axis(np.linspace(3.0, 8.0, LENGTH_PX)))
     found = fit_to(edges, 60.0, 180.0)
-    followed = follow(found, edges, 0.0, LENGTH_PX - 1.0)
+    followed = followed_by(found, edges)
     assert followed is not None
     span = followed.s_px[-1] - followed.s_px[0]
     assert span > 0.85 * LENGTH_PX
@@ -98,11 +62,11 @@ def test_a_coil_that_widens_all_along() -> None:
 
 
 def test_noise_in_the_edges_does_not_lead_astray() -> None:
-    edges, turns = bundle(np.linspace(4.0, 7.0, LENGTH_PX))
+    edges, turns = bundle(from_the_axis(np.linspace(4.0, 7.0, LENGTH_PX)))
     random = np.random.default_rng(5)
     upper, lower = (e + random.normal(0.0, 0.4, e.size) for e in (edges.upper_px, edges.lower_px))
     noisy = replace(edges, upper_px=upper, lower_px=lower)
-    followed = follow(fit_to(noisy, 60.0, 220.0), noisy, 0.0, LENGTH_PX - 1.0)
+    followed = followed_by(fit_to(noisy, 60.0, 220.0), noisy)
     assert followed is not None
     assert missed_turns(followed, turns) == pytest.approx(0.0, abs=0.2)
 
@@ -112,7 +76,7 @@ def test_turns_are_counted_through_a_waist_that_no_helix_describes(sd_px: float)
     s = np.arange(LENGTH_PX)
     radius = 8.0 * (1.0 - 0.9 * np.exp(-0.5 * ((s - 330.0) / sd_px) ** 2))
     edges, turns = bundle(from_the_axis(radius))
-    followed = follow(fit_to(edges, 60.0, 220.0), edges, 0.0, LENGTH_PX - 1.0)
+    followed = followed_by(fit_to(edges, 60.0, 220.0), edges)
     assert followed is not None and followed.unbroken(0.0, LENGTH_PX, 40.0)
     assert missed_turns(followed, turns) == pytest.approx(0.0, abs=0.2)
     stretch = np.hypot(1.0, np.interp(followed.s_px, s, radius) * 2.0 * np.pi / COIL_PX)
@@ -124,14 +88,14 @@ def test_turns_are_counted_through_a_bulge() -> None:
     s = np.arange(LENGTH_PX)
     radius = 5.0 + 6.0 * np.exp(-0.5 * ((s - 330.0) / 30.0) ** 2)
     edges, turns = bundle(from_the_axis(radius))
-    followed = follow(fit_to(edges, 60.0, 220.0), edges, 0.0, LENGTH_PX - 1.0)
+    followed = followed_by(fit_to(edges, 60.0, 220.0), edges)
     assert followed is not None
     assert missed_turns(followed, turns) == pytest.approx(0.0, abs=0.1)
 
 
 def test_turns_are_counted_to_the_ends_where_the_coil_begins_on_the_axis() -> None:
     edges, turns = bundle(from_the_axis(np.full(LENGTH_PX, 7.0)))
-    followed = follow(fit_to(edges, 100.0, 260.0), edges, 0.0, LENGTH_PX - 1.0)
+    followed = followed_by(fit_to(edges, 100.0, 260.0), edges)
     assert followed is not None
     np.testing.assert_allclose(followed.s_px[[0, -1]], [0.0, LENGTH_PX - 1.0], atol=2.0)
     assert missed_turns(followed, turns) == pytest.approx(0.0, abs=0.1)
@@ -143,8 +107,21 @@ def test_a_place_that_was_read_wrongly_is_left_out() -> None:
     s = np.array([0.0, 10.0, 20.0, 20.0, 30.0, 40.0, 50.0])
     rate = np.full(s.size, 0.05)  # turns per px
     angle = 0.05 * s + np.array([0.0, 0.5, 0.0, 0.2, 0.0, 0.21, -0.5])
-    kept = _agreeing(s, rate, angle, np.full(s.size, 0.4), 2)
+    kept = _agreeing(s, rate, angle, np.full(s.size, 0.4), 0.05 * s, rate, 2)
     assert kept.tolist() == [True, True, True, False, True, False, True]
+
+
+def test_places_that_agree_on_another_rate_than_is_expected_are_left_out() -> None:
+    """A coil taken for a straight stretch turns half as often: three places that say so lead on to
+    each other, and to those beside them but for half a turn; two of them cost as well."""
+    s = 10.0 * np.arange(8)
+    rate, angle, cost = np.full(8, 0.05), 0.05 * s, np.full(8, 0.3)
+    rate[3:6], angle[3:] = 0.025, angle[3:] - np.array([0.125, 0.375, 0.5, 0.5, 0.5])
+    cost[3:6] = 0.8
+    kept = _agreeing(s, rate, angle, cost, 0.05 * s, np.full(8, 0.05), 2)
+    assert kept.tolist() == [True, True, True, False, False, False, True, True]
+    believed = _agreeing(s, rate, angle, cost, np.cumsum(10.0 * rate), rate, 2)
+    assert believed.sum() > 5
 
 
 def test_what_was_laid_says_how_often_the_angle_went_round() -> None:
@@ -157,7 +134,7 @@ def test_what_is_not_seen_is_not_told() -> None:
     edges, _ = bundle(np.full(LENGTH_PX, 6.0))
     found = fit_to(edges, 60.0, 220.0)
     hidden = edges.within(edges.s_px < 350.0)
-    followed = follow(found, hidden, 0.0, LENGTH_PX - 1.0)
+    followed = followed_by(found, hidden)
     assert followed is not None
     assert followed.s_px[-1] < 370.0
 
@@ -168,8 +145,8 @@ def test_a_fit_that_describes_nothing_is_not_followed() -> None:
     random = np.random.default_rng(3)
     shaken = replace(edges, upper_px=edges.upper_px + 8.0 * np.sin(random.normal(0, 9, LENGTH_PX)))
     rough = replace(shaken, lower_px=-shaken.upper_px[::-1])
-    assert follow(found, rough, 0.0, LENGTH_PX - 1.0) is None
-    assert follow(found, edges, 100.0, 120.0) is None
+    assert followed_by(found, rough) is None
+    assert followed_by(found, edges, 100.0, 120.0) is None
 
 
 def test_between_places_all_is_told_and_less_beyond() -> None:

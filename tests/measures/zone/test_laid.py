@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.measures.swept import bundle
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.helix.bundle import BundleFit
 from tsvision.measures.helix.fit import HelixFit
@@ -17,7 +18,14 @@ from tsvision.measures.helix.followed import Followed
 from tsvision.measures.helix.section import pair_core
 from tsvision.measures.helix.silhouette import KC, PARAMETERS, PHI, PHIC, RC, RHO, K, model_edges
 from tsvision.measures.zone.envelope import Envelope, envelope_px
-from tsvision.measures.zone.laid import _as_counted, _as_followed, coil_rate, laid_along
+from tsvision.measures.zone.laid import (
+    Laid,
+    _as_counted,
+    _as_followed,
+    coil_rate,
+    expected_along,
+    laid_between,
+)
 
 TWIST = 2.0 * np.pi / 40.0  # rad per px of bundle
 D = 20.0
@@ -66,6 +74,19 @@ def envelope_of(up: np.ndarray, low: np.ndarray) -> Envelope:
     return Envelope(envelope_px(up, low, np.ones(up.size) > 0, 1.2 * D, D), 1.2 * D)
 
 
+def laid_along(
+    found: BundleFit,
+    edges: Edges,
+    envelope: Envelope,
+    knots_px: list[tuple[float, float]],
+    start_px: float,
+    end_px: float,
+) -> Laid:
+    """By what is expected alone."""
+    expected = expected_along(found, edges, envelope, knots_px, start_px, end_px)
+    return laid_between(expected, knots_px, start_px, end_px)
+
+
 @pytest.mark.parametrize("coil", [(0.0, 0.0), COIL])
 def test_what_a_knot_holds(coil: tuple[float, float]) -> None:
     s = np.arange(600.0)
@@ -82,6 +103,18 @@ def test_what_a_knot_holds(coil: tuple[float, float]) -> None:
     assert seen.bundle_px == pytest.approx(length, rel=0.03)
     assert 0.3 < seen.knot_turns / seen.turns < 0.7
     assert coil_rate(edges, *knot, D) == pytest.approx(KNOT[1], rel=0.05)
+
+
+def test_a_knot_that_grows_and_shrinks() -> None:
+    """Most of it is flanks: narrower coils, and bundle that leads from one to the next."""
+    s = np.arange(600.0)
+    wide = np.cos(np.clip((s - 300.0) / 60.0, -1.0, 1.0) * 0.5 * np.pi) ** 2
+    radius = COIL[0] + 10.0 * wide
+    edges, turns = bundle(radius, 2.0 * np.pi / 32.0)
+    envelope = envelope_of(edges.upper_px, edges.lower_px)
+    found = BundleFit(fit_of(COIL[0], 2.0 * np.pi / 32.0), 20.0, 200.0)
+    seen = laid_along(found, edges, envelope, [(250.0, 350.0)], 0.0, 599.0)
+    assert seen.turns == pytest.approx(turns[-1], rel=0.02)
 
 
 def test_an_uneven_coil() -> None:

@@ -21,6 +21,7 @@ from tsvision.measures.edges.edges import Edges
 from tsvision.measures.helix.bundle import FLANK, SCALE_PX, BundleFit
 from tsvision.measures.helix.carried import STEPS, Limits, Seen, Sites, at_the_end, carried
 from tsvision.measures.helix.coil_radius import coil_px
+from tsvision.measures.helix.expected import Expected
 from tsvision.measures.helix.fit import HelixFit
 from tsvision.measures.helix.reduced import reduced
 from tsvision.measures.helix.silhouette import KC, PHI, PHIC, RC, K, rescaled
@@ -38,6 +39,7 @@ WELL, LEAST_WELL, MOST_WELL = 1.0, 0.02, 0.06
 # Of turns, and of those between two places, by which their angle may differ from what they expect.
 MISS, MISS_SHARE = 0.03, 0.1
 WORTH = 2.0  # of a place that costs nothing; one at the limit has 1, as much as a miss by one sd
+UNLIKE = 0.25  # log of the times that a rate is another than expected, which double what it costs
 LEAST_TOLD = 0.15  # of the places: fewer agree by chance
 REACH = 1.2  # steps about a place: so far it tells all, and fades to nothing at twice that
 
@@ -74,8 +76,11 @@ class Followed:
         return bool(near and np.diff(self.s_px).max(initial=0.0) <= 3.0 * self.reach_px)
 
 
-def follow(found: BundleFit, edges: Edges, start_px: float, end_px: float) -> Followed | None:
-    """A coiled fit followed between two s; None where the stretch is short or nothing is told."""
+def follow(
+    found: BundleFit, edges: Edges, expected: Expected, start_px: float, end_px: float
+) -> Followed | None:
+    """A coiled fit followed between two s, what is expected to lie there being known; None where
+    the stretch is short or nothing is told."""
     fit = found.fit
     coil = coil_px(float(fit.p[KC]), fit.diameter_px)
     half = 0.5 * max(WINDOW * coil, SHORTEST * fit.diameter_px)
@@ -89,7 +94,8 @@ def follow(found: BundleFit, edges: Edges, start_px: float, end_px: float) -> Fo
     noise = noise_cost(edges.window(*fit.z_px), 2.0 * SCALE_PX)
     s_px, cost, rate, stretch, angle = _places(fit, part, half, up, down, noise)
     turns = 2.0 * np.pi
-    kept = _agreeing(s_px, rate / turns, angle / turns, cost, fit.section.fold)
+    before, laid = expected.turns_before(s_px), np.interp(s_px, expected.s_px, expected.turning)
+    kept = _agreeing(s_px, rate / turns, angle / turns, cost, before, laid, fit.section.fold)
     if kept.sum() < LEAST_TOLD * (up.size + down.size):
         return None
     s_px, rate, stretch, angle = (x[kept] for x in (s_px, rate, stretch, angle))
@@ -162,25 +168,27 @@ def _to_come_back(well: np.ndarray, own: int) -> list[np.ndarray]:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _agreeing(s, rate, angle, cost, fold):  # pragma: no cover - compiled
+def _agreeing(s, rate, angle, cost, before, laid, fold):  # pragma: no cover - compiled
     """Which of places s (K,), in order, with rate (turns per px), angle (turns) and cost (K,) lead
-    on to each other: those whose worth, less their misses, is greatest."""
-    best, before = np.empty(s.size), np.full(s.size, -1)
+    on to each other: those whose worth, less their misses, is greatest. before, laid (K,): turns
+    expected up to there, and per px there."""
+    best, last = np.empty(s.size), np.full(s.size, -1)
+    times = rate / laid
     for j in range(s.size):
-        worth = WORTH - cost[j]
+        worth = WORTH - cost[j] * (1.0 + abs(np.log(times[j])) / UNLIKE)
         best[j] = worth
         for i in range(j):
             if s[j] <= s[i]:
                 continue
-            turns = 0.5 * (rate[i] + rate[j]) * (s[j] - s[i])
+            turns = 0.5 * (times[i] + times[j]) * (before[j] - before[i])
             miss = turns - (angle[j] - angle[i])
             miss -= np.round(miss * fold) / fold
             so_far = best[i] + worth - (miss / (MISS + MISS_SHARE * turns)) ** 2
             if so_far > best[j]:
-                best[j], before[j] = so_far, i
+                best[j], last[j] = so_far, i
     kept = np.zeros(s.size, np.bool_)
     j = int(np.argmax(best)) if s.size else -1
     while j >= 0:
         kept[j] = True
-        j = before[j]
+        j = last[j]
     return kept

@@ -14,7 +14,7 @@ from tsvision.measures.helix.followed import follow
 from tsvision.measures.helix.weigh import weighed
 from tsvision.measures.looks import Looks
 from tsvision.measures.zone.envelope import Envelope
-from tsvision.measures.zone.laid import laid_along
+from tsvision.measures.zone.laid import expected_along, laid_between
 from tsvision.records import FrameRow
 
 NAN = float("nan")
@@ -61,20 +61,21 @@ def add_budgets(
     ends = list(knot_ends_px)
     coiled = [f for f in fits if f.fit.coiled]
     best = min(coiled, key=lambda f: weighed(f.fit, NAN), default=fits[0])
-    followed = follow(best, edges, apex_px, end) if coiled else None
+    expected = [expected_along(f, edges, envelope, ends, apex_px, end) for f in fits]
+    of_best = next(e for e, f in zip(expected, fits, strict=True) if f is best)
+    followed = follow(best, edges, of_best, apex_px, end) if coiled else None
     rate = COIL_RATE_SD if coiled else RATE_SD
     turn_rate = rate
     if followed is not None and followed.unbroken(apex_px, end, ENDS_D * looks.diameter_px):
         # Nothing but the ends is left to what either fit would carry over.
-        laid = [laid_along(best, edges, envelope, ends, apex_px, end, followed)] * len(fits)
+        expected = [of_best] * len(fits)
         turn_rate = FOLLOWED_RATE_SD
-    else:
-        laid = [laid_along(f, edges, envelope, ends, apex_px, end, followed) for f in fits]
-    turns = [each.turns for each in laid]
+    found = [laid_between(each, ends, apex_px, end, followed) for each in expected]
+    turns = [each.turns for each in found]
     # Of two stretches the one that its helix describes better tells more.
     trust = [1.0 / max(weighed(f.fit, NAN), LEAST_COST) ** 2 for f in fits]
     turns_seen = 0.25 + float(np.average(turns, weights=trust))
-    held = float(np.mean([each.knot_turns for each in laid]))
+    held = float(np.mean([each.knot_turns for each in found]))
     apart = float(np.hypot(ENDS_SD, LEGS_SD)) if looks.strand_count > 2 else ENDS_SD
     sd = float(np.hypot(apart, turn_rate * turns_seen) + 0.5 * np.ptp(turns) + KNOT_SD * held)
     if followed is not None:
@@ -83,8 +84,8 @@ def add_budgets(
     unseen = max(end - looks.sight.end_px, 0.0) / (end - apex_px)
     sd += UNSEEN_SD * unseen * turns_seen
     lay = [_lay(f.fit) for f in fits]
-    string = [each.bundle_px * x for each, x in zip(laid, lay, strict=True)]
-    knotted = float(np.mean([each.knot_bundle_px * x for each, x in zip(laid, lay, strict=True)]))
+    string = [each.bundle_px * x for each, x in zip(found, lay, strict=True)]
+    knotted = float(np.mean([each.knot_bundle_px * x for each, x in zip(found, lay, strict=True)]))
     string_mm = string_mm_sd = NAN
     if np.isfinite(apex_mm) and looks.zero_known:
         leg = float(np.hypot(apex_mm, 0.5 * looks.hole_distance_mm))
