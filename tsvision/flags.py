@@ -35,6 +35,7 @@ class Flag(IntFlag):
     CAMERA_MOVED = auto()
     KNOT_UNSURE = auto()
     COIL_UNSURE = auto()
+    COIL_UNEVEN = auto()
     LIMB_UNSEEN = auto()
     CLIPPED = auto()
     OVEREXPOSED = auto()
@@ -66,6 +67,7 @@ MEANING: dict[str, str] = {
     "CAMERA_MOVED": "the camera or rig moved against the frame before",
     "KNOT_UNSURE": "an interval stands out but does not surely meet the knot criterion",
     "COIL_UNSURE": "neither outline nor light is sure of strands and coil; sds are larger for it",
+    "COIL_UNEVEN": "no even coil fits; D and pitch are held near those of the frames before",
     "LIMB_UNSEEN": "one side of the strands is dark: D rests on the outline's shape; light it too",
     "CLIPPED": "the strings leave the picture sideways: what is seen of them is cut off there",
     "OVEREXPOSED": "part of the bundle is saturated",

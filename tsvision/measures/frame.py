@@ -39,7 +39,13 @@ from tsvision.measures.zone.doubts import (
     stands_alone,
     turns_disagree,
 )
-from tsvision.measures.zone.fits import apex_of, best_known, fit_bundle, within_zone
+from tsvision.measures.zone.fits import (
+    apex_of,
+    as_uneven,
+    best_known,
+    fit_bundle,
+    within_zone,
+)
 from tsvision.measures.zone.outline import add_outline
 from tsvision.measures.zone.width import width_between_knots, width_sd_px
 from tsvision.records import Frame, FrameResult, FrameRow
@@ -97,6 +103,9 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
             return _failed(row, Flag.NO_BUNDLE, sense), warm
     if smooth:
         near, mid, flags = None, None, flags | Flag.TOO_FEW_TURNS
+    best = best_known(warm.best, near, mid)
+    after = near or warm.near, mid or warm.mid
+    near, mid = (as_uneven(edges, found, warm.best) for found in (near, mid))
     row, flags = _bundle_values(row, flags, near, mid, edges, looks)
     sense, ridges = sense_of(cut, edges, looks, turns, warm.ridges)
     if not sense.handedness:
@@ -127,9 +136,8 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         handedness_confidence=sense.confidence,
         flags=flags_to_text(flags | _not_known(looks, turns)),
     )
-    return FrameResult(row, outlined.profile, outlined.knots, outlined.lobes), Warm(
-        near or warm.near, mid or warm.mid, best_known(warm.best, near, mid), ridges
-    )
+    result = FrameResult(row, outlined.profile, outlined.knots, outlined.lobes)
+    return result, Warm(*after, best, ridges)
 
 
 def _known(frame: Frame, looks: Looks, turns: float) -> FrameRow:
@@ -225,6 +233,8 @@ def _bundle_values(
     beta = float(np.arctan(tan_beta))
     if unsure(fit):
         flags |= Flag.COIL_UNSURE
+    if fit.uneven:
+        flags |= Flag.COIL_UNEVEN
     if rests_on_shape(looks.shading, d):
         flags |= Flag.LIMB_UNSEEN
     outer = 1.0 - 2.0 * float(fit.p[RHO]) / d  # a strand's centre, of the bundle's radius

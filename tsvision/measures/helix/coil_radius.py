@@ -57,6 +57,17 @@ def held(
     return np.asarray(np.clip(np.minimum(grown, shrunk), 0.0, 1.0))
 
 
+def radius_like(edges: Edges, fit: HelixFit) -> np.ndarray:
+    """Radius (M,) px at edges' s of a bundle that is twisted as the coil of another stretch."""
+    at, swings = _swings(edges, float(fit.p[KC]), fit.diameter_px, -np.inf, np.inf)
+    drawn = _drawn_swings(fit)
+    level = median(swings) / median(drawn) if swings.size else np.nan
+    if not level > 0.0:
+        return np.full(edges.s_px.shape, np.nan)
+    off = _off(swings / level, median(drawn), drawn)
+    return np.asarray(level * float(fit.p[RC]) * (1.0 + np.interp(edges.s_px, at, off)))
+
+
 def radius_along(
     found: BundleFit, edges: Edges, s_px: np.ndarray, start_px: float, end_px: float
 ) -> np.ndarray:
@@ -68,14 +79,19 @@ def radius_along(
     typical = median(there) if there.size else np.nan
     if not typical > 0.0:
         return np.full(s_px.shape, radius)
-    drawn = _drawn_swings(fit)
+    off = _off(swings, typical, _drawn_swings(fit))
+    return np.asarray(radius * (1.0 + np.interp(s_px, at, off)))
+
+
+def _off(swings: np.ndarray, typical: float, drawn: np.ndarray) -> np.ndarray:
+    """Share (K,) by which a radius is another than the fit's, by what swings (K,) otherwise than an
+    even coil, drawn (L,), does anywhere."""
     least = (1.0 - EVEN) * min(typical, percentile(drawn, LEAST))
     most = (1.0 + EVEN) * max(typical, percentile(drawn, MOST))
     other = np.clip(np.maximum(least - swings, swings - most) / (UNEVEN * typical), 0.0, 1.0)
     # What is plainly of another radius goes over into the fit's, and is not cut off at the range.
     plain = maximum_filter1d(np.floor(other), 2 * int(SHOULDER * A_COIL) + 1)
-    off = (swings / typical - 1.0) * np.maximum(other, plain)
-    return np.asarray(radius * (1.0 + np.interp(s_px, at, off)))
+    return np.asarray((swings / typical - 1.0) * np.maximum(other, plain))
 
 
 def _drawn_swings(fit: HelixFit) -> np.ndarray:

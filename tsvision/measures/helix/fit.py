@@ -70,7 +70,8 @@ class Problem(NamedTuple):
 class HelixFit:
     """Result of a fit: `p` (12,) and its covariance (12, 12), rms residual px (counted by `worth`),
     robust cost; blur_px of the edges fitted; relief: share of the light inside that it explains, 0
-    where not looked at."""
+    where not looked at; uneven: its coil goes wider and narrower within the stretch, of which the
+    typical radius is told (`unevenly`)."""
 
     p: np.ndarray
     covariance: np.ndarray
@@ -81,6 +82,7 @@ class HelixFit:
     z_px: tuple[float, float]
     blur_px: float = 0.0
     relief: float = 0.0
+    uneven: bool = False
 
     def seen_edges(self, z0: float, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Upper and lower edge (count,) at z0, z0 + 1, ... as a picture so blurred shows them."""

@@ -29,6 +29,9 @@ BENT_DIAMETER, BENT_PITCH = 0.025, 0.02
 # in three of such lie within these shares (own renderer), one in twenty beyond three times that. A
 # bundle so badly described as straight may begin to coil (path-traced: up to 8 % thin).
 UNSURE_DIAMETER, UNSURE_PITCH = 0.04, 0.06
+# Strands of a coil that goes wider and narrower are held near what frames before told of them; as
+# the one makes up for the other, they lie within such shares (own renderer, N = 2 to 8).
+UNEVEN_DIAMETER, UNEVEN_PITCH = 0.02, 0.02
 # A limb that no light reaches is not seen. With the lamp far to the other side D rests on what the
 # lit limb shows of the outline's shape, right to such a share (own renderer, lamp at 70 degrees).
 UNSEEN_DIAMETER = 0.06
@@ -47,6 +50,8 @@ def _coil_sds(fit: HelixFit) -> tuple[float, float]:
     d = pitch = 0.0
     if fit.coiled and fit.section.count > 2:
         d, pitch = BENT_DIAMETER, BENT_PITCH
+    if fit.uneven:
+        d, pitch = float(np.hypot(d, UNEVEN_DIAMETER)), float(np.hypot(pitch, UNEVEN_PITCH))
     if unsure(fit):
         d, pitch = float(np.hypot(d, UNSURE_DIAMETER)), float(np.hypot(pitch, UNSURE_PITCH))
     return d, pitch

@@ -292,7 +292,7 @@ def gradient(x, z, i, sense, p, strands, half, seen, out):  # pragma: no cover -
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _cost(p, free, seen, problem, scale):  # pragma: no cover - compiled
+def cost_of(p, free, seen, problem, scale):  # pragma: no cover - compiled
     """Cost and weight sum of an outline (Geman-McClure)."""
     cost = total = 0.0
     for side in range(2):
@@ -348,6 +348,36 @@ def _equations(
         normal[a, a] += px2
 
 
+@numba.njit(cache=True)
+def radii(p, z0, count):  # pragma: no cover - compiled
+    """Radius (M,) of the coil at z0, z0 + 1, ..., z0 + count - 1 = -z0."""
+    out = np.empty(count)
+    for c in range(count):
+        out[c] = _radius_at(p, z0 + c, abs(z0))
+    return out
+
+
+@numba.njit(cache=True, error_model="numpy")
+def spread(p, free, strands, problem):  # pragma: no cover - compiled
+    """rms of the residuals that stay below three times the scale, and the covariance (2, 2) of the
+    first two free parameters, were those 1 px."""
+    count = problem.observed.shape[1]
+    normal, right = np.empty((free.size, free.size)), np.empty(free.size)
+    seen = drawn(p, strands, problem.z0_px, count, problem.step_px)
+    _equations(p, free, seen, strands, problem, problem.scale_px, normal, right)
+    squares = used = 0.0
+    for side in range(2):
+        edge = seen.upper if side == 0 else seen.lower
+        for c in range(count):
+            r = (problem.observed[side, c] - edge[c]) * np.sqrt(problem.worth[side, c])
+            if problem.weights[side, c] > 0.0 and abs(r) < 3.0 * problem.scale_px:
+                squares += r * r
+                used += 1.0
+    for a in range(free.size):
+        normal[a, a] += 1e-9 * normal[a, a] + 1e-12
+    return np.sqrt(squares / max(used, 1.0)), np.linalg.inv(normal)[:2, :2]
+
+
 @numba.njit(cache=True, error_model="numpy")
 def descend(start, free, strands, problem, steps, scale):  # pragma: no cover - compiled
     """Levenberg-Marquardt over the free parameters (m,) from a start (8 + n,): parameters, cost and
@@ -356,7 +386,7 @@ def descend(start, free, strands, problem, steps, scale):  # pragma: no cover - 
     count = problem.observed.shape[1]
     normal, right = np.empty((free.size, free.size)), np.empty(free.size)
     seen = drawn(p, strands, problem.z0_px, count, problem.step_px)
-    cost, total = _cost(p, free, seen, problem, scale)
+    cost, total = cost_of(p, free, seen, problem, scale)
     lam = 1e-3
     for _ in range(steps):
         _equations(p, free, seen, strands, problem, scale, normal, right)
@@ -369,7 +399,7 @@ def descend(start, free, strands, problem, steps, scale):  # pragma: no cover - 
             for a in range(free.size):
                 trial[free[a]] += step[a]
             other = drawn(trial, strands, problem.z0_px, count, problem.step_px)
-            new_cost, new_total = _cost(trial, free, other, problem, scale)
+            new_cost, new_total = cost_of(trial, free, other, problem, scale)
             if new_cost < cost:
                 gain = cost - new_cost
                 p, seen, cost, total = trial, other, new_cost, new_total

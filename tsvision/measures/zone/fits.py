@@ -9,6 +9,7 @@ import numpy as np
 from tsvision.measures.edges.cut import Cut
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.helix.bundle import (
+    FLANK,
     SCALE_PX,
     BundleFit,
     as_elsewhere,
@@ -16,6 +17,7 @@ from tsvision.measures.helix.bundle import (
     fit_window,
     swing_px,
 )
+from tsvision.measures.helix.unevenly import fit_unevenly
 from tsvision.measures.helix.weigh import told_by_noise, unsure
 from tsvision.measures.helix.windows import even_stretches
 from tsvision.measures.looks import Looks
@@ -26,7 +28,8 @@ TRIED = 3  # stretches from the separator on, until one can be fitted at all
 LEAST_TURNS = 0.9  # that tell pitch and width apart
 ALIKE = 1.15  # ratio of two pitches of one bundle, at most
 AS_WELL = 0.1  # of the light inside, that a coil may explain less than the best known to be it
-POOR = 0.3  # cost of a straight fit above which others are tried
+POOR = 0.3  # cost of a fit above which others are tried
+HELPS = 0.75  # of a coil's cost, that one which goes wider and narrower has to come below
 
 
 def within_zone(edges: Edges, cut: Cut, looks: Looks) -> Edges:
@@ -143,6 +146,18 @@ def best_known(
     return best
 
 
+def as_uneven(edges: Edges, found: BundleFit | None, best: BundleFit | None) -> BundleFit | None:
+    """A coil that leaves much of its edges, as one that goes wider and narrower, by strands like
+    the best known's; as it was found where that hardly describes them better. The next frame does
+    not begin from it."""
+    if found is None or not found.fit.coiled or not _is_poor(edges, found):
+        return found
+    part = replace(edges.window(found.s_low_px, found.s_high_px), half_slope=FLANK)
+    fit = fit_unevenly(part, found.fit, (best or found).fit, SCALE_PX)
+    helps = fit is not None and fit.cost < HELPS * found.fit.cost
+    return replace(found, fit=fit) if helps and fit is not None else found
+
+
 def _as_known(edges: Edges, found: BundleFit | None, best: BundleFit | None) -> BundleFit | None:
     """A coil that explains much less of the light than the best known, or what the strands of that
     make of its stretch."""
@@ -157,10 +172,10 @@ def _contradict(near: BundleFit, mid: BundleFit) -> bool:
     return near.fit.coiled and not 1.0 / ALIKE < ratio < ALIKE
 
 
-def _is_poor(edges: Edges, near: BundleFit) -> bool:
+def _is_poor(edges: Edges, found: BundleFit) -> bool:
     """Whether a fit leaves more of its edges than their noise."""
-    part = edges.window(near.s_low_px, near.s_high_px)
-    return near.fit.cost > POOR and not told_by_noise(part, near.fit, SCALE_PX)
+    part = edges.window(found.s_low_px, found.s_high_px)
+    return found.fit.cost > POOR and not told_by_noise(part, found.fit, SCALE_PX)
 
 
 def _better(other: BundleFit, near: BundleFit) -> bool:
