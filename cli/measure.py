@@ -118,6 +118,8 @@ def describe(name: str, summary: dict[str, Any]) -> str:
         f"{name}: {summary['frames_total']} frames, {summary['frames_measured']} measured, "
         f"{summary['frames_flagged']} flagged"
     ]
+    from tsvision.timeline.constancy import constancy_in_words
+
     unit = "mm" if summary["diameter_mm"]["value"] is not None else "px"
     diameter, angle = summary[f"diameter_{unit}"], summary["helix_angle_deg"]
     if diameter["value"] is not None:
@@ -132,6 +134,7 @@ def describe(name: str, summary: dict[str, Any]) -> str:
         for key in ("overtwist_onset", "local_overtwist_onset", "knot_onset", "irreversible_onset")
         if key in summary
     ]
+    lines += constancy_in_words(summary.get("near_separator", {}))
     return "\n".join(lines)
 
 

@@ -25,6 +25,7 @@ from tsvision.report.measured import Measured, read_measured, rig_of
 from tsvision.report.pictures import data_uri
 from tsvision.report.series import abscissa, first_winding_bands, predictions, series
 from tsvision.report.wording import ONSET_NAMES, UNKNOWN, plain, with_sd
+from tsvision.timeline.constancy import constancy_in_words
 
 PAGE_NAME = "report.html"
 ZONE = "actuator.twisting_zone_mm"
@@ -76,6 +77,7 @@ def write_report(
         headline=_headline(measured),
         safe=digest.safe_sentence(measured.summary),
         onsets=digest.onset_lines(measured.summary),
+        constancy=constancy_in_words(measured.summary.get("near_separator") or {}),
         uncertainties=digest.uncertainty_lines(measured.frames),
         flags=digest.flag_lines(measured.frames),
         table=digest.frame_lines(measured.frames, in_px),

@@ -25,6 +25,7 @@ from tsvision.timeline.consistency import (
     not_the_strings,
     too_early,
 )
+from tsvision.timeline.constancy import near_separator
 from tsvision.timeline.criteria import LEVEL_OF_ONSET, Criteria
 from tsvision.timeline.cycles import onsets_by_cycle, repeatability
 from tsvision.timeline.lengths import in_both_units
@@ -53,7 +54,7 @@ class Account:
     `track`, and `seen` False where a track's gap was bridged. `rejected`: the other sightings,
     with the reason. `tracks`: one row a knot. `onsets`: by the names of summary.json.
     `reasons`: why an onset is not observed. `notes`: for people. `extras`: plain values: `safe`,
-    `near_misses`, `unwinding`, `cycles`.
+    `near_misses`, `unwinding`, `cycles`, `near_separator`.
     """
 
     frames: pd.DataFrame
@@ -107,6 +108,7 @@ def account(
     told = tell_frames(frames, tracking, histories, order, criteria)
     if unseen:  # neither a phase nor a count of none may stand for what was not looked at
         told = told.assign(phase="", knot_count=np.nan)
+    extras["near_separator"] = near_separator(told)
     notes = _notes(order, tracking) + camera_moves(frames)
     notes += tuple(filter(None, [miscounted(frames, order, criteria)]))
     notes += passing(histories[3], order, onsets["knot_onset"])
