@@ -25,6 +25,7 @@ def fit_of(strands: int, coiled: bool, seen_px: float = 90.0) -> SimpleNamespace
         coiled=coiled,
         section=pair_core(strands),
         cost=0.05,
+        uneven=False,
         light_cost=0.0,
         diameter_px=20.0,
         diameter_px_sd=0.005,
@@ -49,6 +50,15 @@ def test_a_blurred_coil_s_pitch_is_less_sure_and_a_straight_bundle_s_is_not() ->
     assert blurred == pytest.approx(1.5 * (2.8 / 20.0 - 0.04) * 30.0, rel=0.01)
     straight = [pitch_sd_px(fit_of(2, coiled=False), blur) for blur in (0.7, 2.8)]  # type: ignore[arg-type]
     assert straight[0] == straight[1] == sharp
+
+
+def test_strands_that_are_held_by_earlier_frames_are_less_sure() -> None:
+    fit = fit_of(2, coiled=True)
+    even = diameter_sd_px(fit, (plain_shading(4.0),) * 2), pitch_sd_px(fit, 0.7)  # type: ignore[arg-type]
+    fit.uneven = True
+    uneven = diameter_sd_px(fit, (plain_shading(4.0),) * 2), pitch_sd_px(fit, 0.7)  # type: ignore[arg-type]
+    for before, after, value in zip(even, uneven, (20.0, 30.0), strict=True):
+        assert after == pytest.approx(np.hypot(before, 0.02 * value), rel=0.02)
 
 
 def test_of_less_than_half_a_pitch_some_sides_are_not_seen() -> None:
