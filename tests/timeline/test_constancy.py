@@ -117,3 +117,5 @@ def test_in_words() -> None:
         lines[0].startswith("D beside the separator changes by +8") and "not constant" in lines[0]
     )
     assert "would have been seen" in lines[1]
+    falls = constancy_in_words(near_separator(table(-8.0)))[0]
+    assert "changes by \u2212" in falls and "-" not in falls

@@ -145,16 +145,17 @@ def _along_a_line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
 
 
 def _sentence(told: dict[str, object]) -> str:
-    unit = " %" if told["unit"] == "%" else "°"
+    unit = "\u202f%" if told["unit"] == "%" else "°"
     name = "D" if told["quantity"] == "diameter" else "β"
     verdict = {
         "constant": f"constant within {told['margin']:g}{unit}",
         "changes": "not constant",
-        "undetermined": f"too little to say whether it stays within {told['margin']:g}{unit}",
+        "undetermined": f"not enough to say whether it stays within {told['margin']:g}{unit}",
     }[str(told["status"])]
-    return (
+    text = (
         f"{name} beside the separator changes by {told['change']:+.2g}{unit} "
         f"({told['low']:+.2g} to {told['high']:+.2g}) from {told['first_turns']:.4g} to "
         f"{told['last_turns']:.4g} turns: {verdict}; a change of {told['detectable']:.2g}{unit} "
         "would have been seen"
     )
+    return text.replace("-", "\u2212")
