@@ -120,6 +120,9 @@ def test_places_that_agree_on_another_rate_than_is_expected_are_left_out() -> No
     cost[3:6] = 0.8
     kept = _agreeing(s, rate, angle, cost, 0.05 * s, np.full(8, 0.05), 2)
     assert kept.tolist() == [True, True, True, False, False, False, True, True]
+    rate[7] = -0.05
+    assert not _agreeing(s, rate, angle, cost, 0.05 * s, np.full(8, 0.05), 2)[7]
+    rate[7] = 0.05
     believed = _agreeing(s, rate, angle, cost, np.cumsum(10.0 * rate), rate, 2)
     assert believed.sum() > 5
 

@@ -40,6 +40,7 @@ WELL, LEAST_WELL, MOST_WELL = 1.0, 0.02, 0.06
 MISS, MISS_SHARE = 0.03, 0.1
 WORTH = 2.0  # of a place that costs nothing; one at the limit has 1, as much as a miss by one sd
 UNLIKE = 0.25  # log of the times that a rate is another than expected, which double what it costs
+AGAINST = 1e3  # the same of one that turns against what is expected
 LEAST_TOLD = 0.15  # of the places: fewer agree by chance
 REACH = 1.2  # steps about a place: so far it tells all, and fades to nothing at twice that
 
@@ -175,7 +176,8 @@ def _agreeing(s, rate, angle, cost, before, laid, fold):  # pragma: no cover - c
     best, last = np.empty(s.size), np.full(s.size, -1)
     times = rate / laid
     for j in range(s.size):
-        worth = WORTH - cost[j] * (1.0 + abs(np.log(times[j])) / UNLIKE)
+        unlike = abs(np.log(times[j])) if times[j] > 0.0 else AGAINST
+        worth = WORTH - cost[j] * (1.0 + unlike / UNLIKE)
         best[j] = worth
         for i in range(j):
             if s[j] <= s[i]:
