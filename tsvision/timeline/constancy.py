@@ -22,6 +22,7 @@ import pandas as pd
 from scipy import stats
 
 from tsvision.measures.helix.uncertainty import BENT_DIAMETER, BENT_PITCH
+from tsvision.measures.numeric.line import line_through
 from tsvision.timeline.evidence import flagged
 from tsvision.timeline.order import numbers
 
@@ -34,6 +35,8 @@ LEAST_FRAMES, LEAST_TURNS = 6, 2.0
 # thirds (own renderer, two strands: D comes out 1.3 % thin first and 2 % thick in the end).
 COIL_DIAMETER, COIL_PITCH = 0.025, 0.015
 BENT_CHANGES = 0.5  # of what a bend leads more than two strands astray by, that comes with it
+FITTED, HUBER = 3, 1.345  # times, and spreads beyond which a frame counts less the next time
+MOST_ALIKE = 0.9  # correlation of neighbouring frames: more is a curve, not scatter
 LEVEL, ONE_SIDED, POWER = 0.95, 0.95, 0.8
 
 
@@ -123,25 +126,23 @@ def _any_flag(frames: pd.DataFrame, names: Iterable[str]) -> np.ndarray:
 
 def _along_a_line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
     """Change of y (n,) from the least x (n,) to the largest, its sd and degrees of freedom, with
-    residuals that are alike from each to the next; outliers count less (Huber, twice)."""
+    residuals that are alike from each to the next; outliers count less (Huber's weights)."""
     order = np.argsort(x, kind="stable")
     x, y = x[order], y[order]
-    at = np.stack([np.ones(x.size), x - x.mean()], axis=1)
-    weight = np.ones(x.size)
-    off = y - np.median(y)
-    for _ in range(3):
-        line = np.linalg.lstsq(at * weight[:, None] ** 0.5, y * weight**0.5, rcond=None)[0]
-        off = y - at @ line
+    weight, slope, off = np.ones(x.size), 0.0, y
+    for _ in range(FITTED):
+        constant, slope = line_through(x, y, weight)
+        off = y - constant - slope * x
         spread = max(1.4826 * float(np.median(np.abs(off))), 1e-9)
-        weight = np.minimum(1.0, 1.345 * spread / np.maximum(np.abs(off), 1e-12))
+        weight = np.minimum(1.0, HUBER * spread / np.maximum(np.abs(off), 1e-12))
     variance = float((weight * off**2).sum()) / max(weight.sum() - 2.0, 1.0)
     alike = float((off[1:] * off[:-1]).sum() / max((off**2).sum(), 1e-18))
-    alike = min(max(alike + 1.0 / x.size, 0.0), 0.9)  # a short series' own is biased low
+    alike = min(max(alike + 1.0 / x.size, 0.0), MOST_ALIKE)  # a short series' own is biased low
     worth = (1.0 - alike) / (1.0 + alike)
     span = float(np.ptp(x))
     own = variance / float((weight * (x - x.mean()) ** 2).sum())
     sd = span * float(np.sqrt(own / worth))
-    return float(line[1]) * span, sd, max(worth * x.size - 2.0, 2.0)
+    return float(slope) * span, sd, max(worth * x.size - 2.0, 2.0)
 
 
 def _sentence(told: dict[str, object]) -> str:

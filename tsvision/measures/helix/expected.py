@@ -16,10 +16,6 @@ class Expected:
     turning: np.ndarray
     length: np.ndarray
 
-    def turns_before(self, s_px: np.ndarray) -> np.ndarray:
-        """Turns (K,) up to each s (K,)."""
-        return turns_before(self.s_px, self.turning, s_px)
-
 
 def turns_before(at_px: np.ndarray, turning: np.ndarray, s_px: np.ndarray) -> np.ndarray:
     """Turns (K,) that lie before each s (K,), by what lies on each px (M,), in its middle told."""

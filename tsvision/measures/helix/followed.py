@@ -21,7 +21,7 @@ from tsvision.measures.edges.edges import Edges
 from tsvision.measures.helix.bundle import FLANK, SCALE_PX, BundleFit
 from tsvision.measures.helix.carried import STEPS, Limits, Seen, Sites, at_the_end, carried
 from tsvision.measures.helix.coil_radius import coil_px
-from tsvision.measures.helix.expected import Expected
+from tsvision.measures.helix.expected import Expected, turns_before
 from tsvision.measures.helix.fit import HelixFit
 from tsvision.measures.helix.reduced import reduced
 from tsvision.measures.helix.silhouette import KC, PHI, PHIC, RC, K, rescaled
@@ -95,7 +95,8 @@ def follow(
     noise = noise_cost(edges.window(*fit.z_px), 2.0 * SCALE_PX)
     s_px, cost, rate, stretch, angle = _places(fit, part, half, up, down, noise)
     turns = 2.0 * np.pi
-    before, laid = expected.turns_before(s_px), np.interp(s_px, expected.s_px, expected.turning)
+    before = turns_before(expected.s_px, expected.turning, s_px)
+    laid = np.interp(s_px, expected.s_px, expected.turning)
     kept = _agreeing(s_px, rate / turns, angle / turns, cost, before, laid, fit.section.fold)
     if kept.sum() < LEAST_TOLD * (up.size + down.size):
         return None

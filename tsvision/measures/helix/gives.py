@@ -61,5 +61,5 @@ def _joined(share: np.ndarray, sd: np.ndarray, known: tuple[float, float]) -> tu
     """What frames (K,) and what is known beforehand tell together of another frame."""
     weight = np.append(1.0 / sd**2, 1.0 / known[1] ** 2)
     mean = float(np.average(np.append(share, known[0]), weights=weight))
-    sd = np.sqrt(1.0 / weight.sum() + FROM_FRAME_TO_FRAME**2 + SHARED**2)
-    return min(max(mean, 0.0), 1.0), float(sd)
+    of_another = np.sqrt(1.0 / weight.sum() + FROM_FRAME_TO_FRAME**2 + SHARED**2)
+    return min(max(mean, 0.0), 1.0), float(of_another)

@@ -27,7 +27,6 @@ PIECES_A_COIL = 4.0  # of the radius
 PHASES, BEST = 8, 2  # of the strands' angle that are tried, and gone on with
 STEPS, WIDER = 12, 4.0  # of a descent, the first of which lets larger residuals count
 STRANDS_SD = 0.03  # share by which strands' thickness and twist are another than was known
-
 FARTHEST = 0.15  # of both: beyond, something else was fitted
 
 
