@@ -59,7 +59,9 @@ class Sight:
     shadow_level: contrast below which cast shadows could be taken for strings (0: nowhere).
     start_px, end_px: s between which strings may lie. connector_px: s of the connector's face,
     NaN when out of view. legs_seen: whether the separator's side was decided by the legs.
-    some_dim: whether strands may lie in their own bundle's shadow. faint_tone: contrast of the
+    some_dim: whether strands may lie in their own bundle's shadow. sunk: on which side limbs are
+    darker than their ground, +1 where n is larger, -1 where it is smaller, 0 on neither; None as
+    long as every picture is asked for itself. faint_tone: contrast of the
     fainter strands of two brightnesses, of the brighter ones' (1: all are about alike).
     core_share: contrast of the core of the ground's light, in the frames that show it (0: unknown).
     """
@@ -76,6 +78,7 @@ class Sight:
     gamma: float
     shadow_level: float = 0.0
     some_dim: bool = True
+    sunk: int | None = None
     faint_tone: float = 1.0
     core_share: float = 0.0
 
@@ -260,8 +263,8 @@ def seen_by(sight: Sight, pictures: list[np.ndarray], signal: Signal) -> Sight:
     _, shadow = masks_of(strips, signal, width, rough=False)
     sense = 1 if core_of(strips, signal, width) >= 0 else -1
     return replace(
-        sight, signal=signal, sense=sense, shadow_level=shadow.level, some_dim=True, faint_tone=1.0,
-        core_share=0.0,
+        sight, signal=signal, sense=sense, shadow_level=shadow.level, some_dim=True, sunk=None,
+        faint_tone=1.0, core_share=0.0,
     )  # fmt: skip
 
 

@@ -80,7 +80,9 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         few = np.isfinite(turns) and abs(turns) < 3
         sense = UNKNOWN if cut is None else sense_by_others(looks, turns, warm.ridges)
         return _failed(row, Flag.TOO_FEW_TURNS if few else Flag.NO_BUNDLE, sense), warm
-    if cut.saturated > BURNT_OUT:
+    # Of a picture that is decoded as luma alone no channel shows that it was full.
+    luma_alone = frame.pixels.ndim == 2
+    if max(cut.saturated, looks.saturated if luma_alone else 0.0) > BURNT_OUT:
         flags |= Flag.OVEREXPOSED
     if cut.silhouette.cut.any():
         flags |= Flag.FIBRES

@@ -59,7 +59,8 @@ class Looks:
     face: the same as the legs tell it, None where they do not; gap: S as they tell it;
     slope_sum: of the ridges in the frames that were learnt from, which tells S from Z, and way: to
     which side the motor had turned in these (-1 or 1; 0: not known); possible_px: least and largest
-    width of a bundle of the stated strands.
+    width of a bundle of the stated strands; saturated: share of the bundle's core where the sensor
+    is full in any channel, typical of the frames learnt from.
     """
 
     sight: Sight
@@ -83,6 +84,7 @@ class Looks:
     slope_sum: float = 0.0
     way: int = 0
     possible_px: tuple[float, float] = (0.0, float("inf"))
+    saturated: float = 0.0
 
 
 def pick_samples(count: int, most: int = SAMPLED_FRAMES) -> list[int]:
@@ -166,6 +168,7 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         gap=start.gap,
         slope_sum=_slope_sum(cuts, shading, diameter),
         possible_px=(least_px, most_px),
+        saturated=learnt.saturated,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
@@ -9,6 +10,8 @@ from tests.measures.pictures import CASE, measure, picture
 from tests.srgb import encode
 from tsvision.flags import Flag, flags_from_text
 from tsvision.images.linear import to_linear
+from tsvision.measures.recording import Measurer
+from tsvision.records import Frame, Rig, Strings, View
 
 
 def exposed(times: float) -> np.ndarray:
@@ -36,3 +39,18 @@ def test_metal_that_burns_out_beside_the_strings_is_no_fault_of_theirs() -> None
     pixels = exposed(1.0)
     pixels[:60] = 255
     assert Flag.OVEREXPOSED not in flags_from_text(measure(pixels, strings=4).flags)
+
+
+def test_a_full_channel_is_told_of_frames_decoded_as_luma_alone() -> None:
+    """Green strings whose green is full, and whose luma is not (`wild 1141`): told by luma, nothing
+    else is decoded of a film's frames."""
+    light = to_linear(picture(dark_on_bright=False, strings=4), float("nan"))
+    channels = [np.minimum(times * light, 1.0) for times in (0.8, 4.0, 0.8)]
+    colour = encode(np.stack(channels, axis=-1))
+    luma = cv2.cvtColor(colour, cv2.COLOR_BGR2GRAY)
+    assert luma.max() < 240
+    measurer = Measurer(Rig(strings=Strings(count=4), view=View(separator_side="none")))
+    measurer.prime([colour])
+    assert not measurer.needs_colour
+    row = measurer.measure(Frame(0, "picture.png", luma)).row
+    assert Flag.OVEREXPOSED in flags_from_text(row.flags)

@@ -1,4 +1,5 @@
-"""Strands in the bundle's own shadow are outlined; soft shadows, fibres and specks are not."""
+"""Strands in the bundle's own shadow, and limbs darker than their ground, are outlined; soft
+shadows, fibres and specks are not."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 
-from tsvision.measures.edges.dim import dim_edges
+from tsvision.measures.edges.dim import dim_edges, sunk_edges
 from tsvision.measures.edges.falloff import falloff_along
 from tsvision.measures.edges.strands import Silhouette
 
@@ -22,11 +23,18 @@ def strip(beyond: np.ndarray) -> np.ndarray:
     return seen + 0.005 * np.random.default_rng(3).standard_normal(seen.shape)
 
 
-def found(beyond: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def outlined() -> Silhouette:
     limit = np.full(COLUMNS, LIT + 1.0)  # where the blur falls through a tenth
     all_columns = np.ones(COLUMNS, bool)
-    lit = Silhouette(-limit, limit, all_columns, np.nan, ~all_columns)
-    return dim_edges(strip(beyond), lit, WIDTH, STRAND)
+    return Silhouette(-limit, limit, all_columns, np.nan, ~all_columns)
+
+
+def found(beyond: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return dim_edges(strip(beyond), outlined(), WIDTH, STRAND)
+
+
+def sunk(beyond: np.ndarray, side: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+    return sunk_edges(strip(beyond), outlined(), WIDTH, STRAND, side)
 
 
 def dim_strands(level: float) -> np.ndarray:
@@ -70,6 +78,42 @@ def test_fibres_are_no_strands() -> None:
         for step in range(18):  # off at 45 degrees, two pixels thick
             fibres[HALF + LIT + step : HALF + LIT + step + 2, start + step] = 0.4
     upper, lower = found(fibres)
+    assert np.isnan(upper).all() and np.isnan(lower).all()
+
+
+def lobes(level: float, share: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Limbs (R, COLUMNS) of some contrast above the lit strands, in a share of the columns, and
+    where they end (COLUMNS,)."""
+    ends = LIT + 4.5 + 2.0 * np.cos(np.arange(COLUMNS) / 3.0)
+    there = (N[:, None] > LIT) & (N[:, None] <= np.round(ends))
+    return level * (there & (np.arange(COLUMNS) % 100 < 100.0 * share)), ends
+
+
+@pytest.mark.parametrize("level", [-0.1, -0.25])
+def test_limbs_darker_than_the_ground_are_outlined_lobe_by_lobe(level: float) -> None:
+    dark, ends = lobes(level)
+    upper, lower = sunk(dark)
+    assert np.isnan(lower).all() and np.isfinite(upper).mean() > 0.95
+    off = upper - HALF - np.round(ends) - 0.5
+    assert np.nanmedian(np.abs(off)) < 0.6 and np.nanpercentile(np.abs(off), 90) < 1.6
+
+
+def test_a_limb_that_is_known_to_be_sunk_is_sought_wherever_it_is() -> None:
+    dark, _ = lobes(-0.2, share=0.3)
+    assert np.isnan(sunk(dark)[0]).all()  # of a third of a bundle alone nothing is concluded
+    upper, lower = sunk(dark, side=1)
+    assert 0.2 < np.isfinite(upper).mean() < 0.45 and np.isnan(lower).all()
+
+
+@pytest.mark.parametrize("side", [None, 1, -1])
+def test_bare_ground_is_no_sunk_limb(side: int | None) -> None:
+    upper, lower = sunk(np.zeros((N.size, COLUMNS)), side)
+    assert np.isnan(upper).all() and np.isnan(lower).all()
+
+
+def test_a_soft_shadow_beside_the_strands_is_no_sunk_limb() -> None:
+    shade = -0.2 * np.clip((LIT + 22.0 - N) / 16.0, 0.0, 1.0) * (N > LIT)
+    upper, lower = sunk(np.repeat(shade[:, None], COLUMNS, axis=1))
     assert np.isnan(upper).all() and np.isnan(lower).all()
 
 

@@ -42,6 +42,7 @@ def a_cut(reach: int) -> Cut:
         noise=0.01,
         saturated=0.0,
         dim=(none, none),
+        sunk=0,
         in_colour=False,
         sampled=contrast[:, ::8],
         sight=sight,

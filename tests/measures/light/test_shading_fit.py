@@ -166,8 +166,8 @@ def test_a_dark_limb_far_outside_is_sought_where_strands_are_thick_too(rho_px: f
     assert error < 2.0 * edge_model_sd_px((found[0], found[1]))
 
 
-@pytest.mark.parametrize("angle_deg", [0.0, 30.0, 60.0])
-@pytest.mark.parametrize("rho_px", [6.0, 15.0])
+@pytest.mark.parametrize("angle_deg", [-75.0, -45.0, 0.0, 30.0, 60.0, 80.0])
+@pytest.mark.parametrize("rho_px", [4.0, 6.0, 15.0])
 def test_one_lamp_is_found_for_what_it_is(rho_px: float, angle_deg: float) -> None:
     """What was drawn by one lamp: its direction, and the edges where they are."""
     offsets = offsets_for(rho_px)

@@ -15,7 +15,7 @@ from tsvision.images.masks import MASK_LEVEL, mask_level
 from tsvision.images.percentiles import median, percentile
 from tsvision.images.sight import Sight
 from tsvision.images.strip import Axis, cut_strip
-from tsvision.measures.edges.dim import dim_edges
+from tsvision.measures.edges.dim import dim_edges, sunk_edges
 from tsvision.measures.edges.falloff import falloff_along
 from tsvision.measures.edges.strands import Silhouette, outline
 from tsvision.measures.edges.tones import even_out
@@ -35,8 +35,9 @@ BLACK_STEP = 8  # columns apart that are asked what strands without light would 
 class Cut:
     """contrast (R, M): signal minus ground over the core's contrast; light (R, M): the signal
     itself, linear; s_px (M,); half_px: n of the last row; dim: rows (M,) of the upper and lower
-    borders of strands in the bundle's own shadow, NaN where none lie beyond the lit ones;
-    in_colour: contrast is one of hue, not of luma; sampled (R, K) or (R, K, 3): what was
+    borders of strands in the bundle's own shadow, NaN where none lie beyond the lit ones; sunk: as
+    in `Sight`, where those are limbs darker than their ground, else 0; in_colour: contrast is one
+    of hue, not of luma; sampled (R, K) or (R, K, 3): what was
     straightened, linear, in every BLACK_STEP-th column; sight: that it was straightened by;
     core_share: contrast on the axis, of the ground's light there; saturated: share of the bundle's
     core where the sensor is full; colours (R, M, 3): linear light
@@ -52,6 +53,7 @@ class Cut:
     noise: float
     saturated: float
     dim: tuple[np.ndarray, np.ndarray]
+    sunk: int
     in_colour: bool
     sampled: np.ndarray
     sight: Sight
@@ -117,9 +119,13 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     silhouette = outline(contrast, sight.width_px, strand_px, 0, mask)
     # What is told by its colour, or by being darker, does not vanish where no light falls.
     none = np.full(contrast.shape[1], np.nan)
-    dim = (none, none)
+    dim, sunk = (none, none), 0
     if sight.some_dim and sight.sense > 0 and not sight.signal.by_distance:
-        dim = dim_edges(contrast, silhouette, sight.width_px, strand_px)
+        if sight.sunk != 0 and not sight.signal.in_colour:
+            dim = sunk_edges(contrast, silhouette, sight.width_px, strand_px, sight.sunk)
+            sunk = int(np.isfinite(dim[0]).any()) - int(np.isfinite(dim[1]).any())
+        if not sunk:
+            dim = dim_edges(contrast, silhouette, sight.width_px, strand_px)
     return Cut(
         contrast,
         light,
@@ -131,6 +137,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         abs(ground_noise / level),
         _saturated(pixels, sight, strip.s_px[silhouette.bundle]),
         dim,
+        sunk,
         sight.signal.in_colour,
         strip.values[:, ::BLACK_STEP].copy(),
         sight,

@@ -4,9 +4,15 @@ Under light from one side the strands on the far side get what the surroundings 
 the light, and so does the ground beside them. They stand off that ground by less than the level at
 which lit strands are outlined, by no more than shadows and stains on the ground do, but they end as
 sharply as the lens draws, and by many times the noise. Shadows end softly; fibres are thin and few.
+
+Before a ground that is lit, a limb that no lamp reaches is darker than that ground: sunk. What is
+brighter than the ground ends well inside such a limb; the limb ends, as sharply, where it rises to
+the ground again.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import cv2
 import numba
@@ -14,7 +20,8 @@ import numpy as np
 
 from tsvision.images.percentiles import median, percentile
 from tsvision.measures.edges.strands import Silhouette
-from tsvision.measures.numeric.closing import opened
+from tsvision.measures.numeric.closing import closed, opened
+from tsvision.measures.numeric.smoothing import bridged
 
 FALL_PX = 4  # over which a strand's border falls, whatever the lens
 FAINTEST = 0.035  # of the core's contrast: what falls by less is no border
@@ -30,6 +37,12 @@ THIN = 1.0  # of a strand: what is narrower along the bundle is a fibre or a spe
 # unless strands lit to LIT lie right inside.
 SHARP, LIT = 0.45, 0.3
 LEAST_SHARE, TIMES = 0.18, 2.0  # of the bundle, and of the other side's share: fewer are fibres
+# Sunk limbs: of a strand, and of the bundle, what lies beyond the lit border at most until a
+# recording is known to have some, or within it at most; over how many rows at least; of how much of
+# the bundle. Lobes reach out over less than a strand: of that, what is narrower is no limb.
+SUNK_STRAND, SUNK_D, SUNK_WITHIN_PX, SUNK_PX, SUNK_SHARE = 0.9, 0.4, 2, 2, 0.4
+SUNK_THIN = 0.25
+SUNK_SHARP = 0.6  # as SHARP: nothing lit lies right inside, and an even slope has 0.5
 
 
 def dim_edges(
@@ -40,17 +53,94 @@ def dim_edges(
 
     contrast (R, M): strings about 1 and brighter than their ground, about 0.
     """
-    half = contrast.shape[0] // 2
-    none = np.full(contrast.shape[1], np.nan)
-    if not lit.bundle.any():
-        return none, none
     smooth = _mean_of_three(contrast)
-    upper = _beyond(smooth, lit.high + half, lit.bundle, width_px, strand_px)
-    lower = 2 * half - _beyond(smooth[::-1], half - lit.low, lit.bundle, width_px, strand_px)
-    above, below = (float(np.isfinite(side)[lit.bundle].mean()) for side in (upper, lower))
-    if above > max(LEAST_SHARE, TIMES * below):
+    dim = _Kind(
+        reach_px=REACH_D * width_px,
+        within_px=0,
+        beyond_px=max(BEYOND_D * width_px, BEYOND_PX),
+        thick_px=max(round(THICK * strand_px), 2),
+        bridged_px=0,
+        thin_px=max(round(THIN * strand_px), 3),
+        sharp=SHARP,
+        lit=LIT,
+    )
+    sides = _both_sides(smooth, lit, width_px, strand_px, dim)
+    return _one_side(sides, lit.bundle, LEAST_SHARE)
+
+
+def sunk_edges(
+    contrast: np.ndarray, lit: Silhouette, width_px: float, strand_px: float, side: int | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rows (M,), NaN where none, of the borders of limbs darker than their ground, beyond the lit
+    ones, as `dim_edges`; on a side (+1 at larger n, -1) that is known to have some, or on either
+    (None), where enough of the bundle has."""
+    reach_px = REACH_D * width_px
+    if side is None:
+        reach_px = max(SUNK_STRAND * strand_px, SUNK_D * width_px)
+    # What is much darker than its ground was outlined as strings are, roughly: its own border is
+    # that outline. What rises to the ground falls to it in the negative.
+    sunk = _Kind(
+        reach_px=reach_px,
+        within_px=FALL_PX,
+        beyond_px=FALL_PX - SUNK_WITHIN_PX,
+        thick_px=SUNK_PX,
+        bridged_px=round(strand_px),
+        thin_px=max(round(SUNK_THIN * strand_px), 3),
+        sharp=SUNK_SHARP,
+        lit=np.inf,
+    )
+    sides = _both_sides(-_mean_of_three(contrast), lit, width_px, strand_px, sunk)
+    if side is None:
+        return _one_side(sides, lit.bundle, SUNK_SHARE)
+    none = np.full(contrast.shape[1], np.nan)
+    return (sides[0], none) if side > 0 else (none, sides[1])
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """Of borders: how far beyond the lit ones they are sought, from how far within those on, and by
+    how much beyond that they lie at least; over how many rows what they bound stands off the ground
+    at least; gaps shorter than `bridged_px` columns lie between two of them; what reaches out over
+    less than `thin_px` columns is a fibre or a speck; `sharp` and `lit` as SHARP and LIT."""
+
+    reach_px: float
+    within_px: int
+    beyond_px: float
+    thick_px: int
+    bridged_px: int
+    thin_px: int
+    sharp: float
+    lit: float
+
+
+def _both_sides(
+    smooth: np.ndarray, lit: Silhouette, width_px: float, strand_px: float, kind: _Kind
+) -> tuple[np.ndarray, np.ndarray]:
+    """Borders (M,) at larger and at smaller n of what stands off the ground beyond the lit
+    strands."""
+    half = smooth.shape[0] // 2
+    if not lit.bundle.any():
+        none = np.full(smooth.shape[1], np.nan)
+        return none, none
+    upper = _beyond(smooth, lit.high + half, lit.bundle, width_px, strand_px, kind)
+    mirrored = smooth[::-1], half - lit.low
+    lower = 2 * half - _beyond(*mirrored, lit.bundle, width_px, strand_px, kind)
+    return upper, lower
+
+
+def _one_side(
+    sides: tuple[np.ndarray, np.ndarray], bundle: np.ndarray, least: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Of borders (M,) on either side those of the one that far more of a bundle's columns have, a
+    share of at least so much of them; NaN else."""
+    none = np.full(bundle.size, np.nan)
+    if not bundle.any():
+        return none, none
+    upper, lower = sides
+    above, below = (float(np.isfinite(side)[bundle].mean()) for side in sides)
+    if above > max(least, TIMES * below):
         return upper, none
-    if below > max(LEAST_SHARE, TIMES * above):
+    if below > max(least, TIMES * above):
         return none, lower
     return none, none
 
@@ -75,9 +165,15 @@ def _mean_of_three(values: np.ndarray) -> np.ndarray:  # pragma: no cover - comp
 
 
 def _beyond(
-    contrast: np.ndarray, border: np.ndarray, bundle: np.ndarray, width_px: float, strand_px: float
+    contrast: np.ndarray,
+    border: np.ndarray,
+    bundle: np.ndarray,
+    width_px: float,
+    strand_px: float,
+    kind: _Kind,
 ) -> np.ndarray:
-    """The same at larger rows, every column for itself; border (M,): last lit row."""
+    """The same at larger rows, every column for itself, but for bridged gaps; border (M,): last lit
+    row."""
     rows = border[bundle]
     first = max(int(np.fmin.reduce(rows) - strand_px) - 2 * FALL_PX, 0)  # further in is lit
     contrast, border = contrast[first:], np.where(bundle, border - first, np.nan)
@@ -94,10 +190,16 @@ def _beyond(
     noise = 1.4826 * median(off)
     steep = percentile(steeps, GROUND_SHARE)
     least = max(NOISES * noise + steep, FAINTEST)
-    thick = max(round(THICK * strand_px), 2)
-    place = _last_borders(contrast, border, least, REACH_D * width_px, thick)
-    held = opened(np.nan_to_num(np.fmax(place, border)), max(round(THIN * strand_px), 3))
-    further: np.ndarray = held > border + max(BEYOND_D * width_px, BEYOND_PX)
+    border = border - kind.within_px
+    reach_px = kind.reach_px + kind.within_px
+    asked = kind.thick_px, kind.sharp, kind.lit
+    place = _last_borders(contrast, border, least, reach_px, *asked)
+    if kind.bridged_px > 1:
+        seen = np.isfinite(place)
+        bridges = closed(seen.astype(float), kind.bridged_px) > 0.5
+        place = np.where(bridges, bridged(place, seen), np.nan)
+    held = opened(np.nan_to_num(np.fmax(place, border)), kind.thin_px)
+    further: np.ndarray = held > border + kind.beyond_px
     return np.where(further, held + first, np.nan)
 
 
@@ -130,7 +232,13 @@ def _beside(fall, slow, away, nearest, farthest):  # pragma: no cover - compiled
 
 @numba.njit(cache=True)
 def _last_borders(
-    contrast: np.ndarray, border: np.ndarray, least: float, reach: float, thick: int
+    contrast: np.ndarray,
+    border: np.ndarray,
+    least: float,
+    reach: float,
+    thick: int,
+    sharp: float,
+    lit_enough: float,
 ) -> np.ndarray:  # pragma: no cover - compiled
     """Rows (M,) of the outermost border of a strand within `reach` beyond the lit one; NaN where
     none of strands is, or the lit border itself is unknown."""
@@ -156,7 +264,7 @@ def _last_borders(
         if (
             _is_joined(column, lit, row, 0.25 * least)
             and _is_thick(column, row, fall, thick)
-            and _is_sharp(column, row)
+            and _is_sharp(column, row, sharp, lit_enough)
         ):
             out[c] = row + 0.5
     return out
@@ -172,7 +280,7 @@ def _is_joined(
     between = gaps = 0
     for r in range(max(int(np.floor(lit)) + 1, 0), row):
         between += 1
-        gaps += column[r] < ground + least
+        gaps += abs(column[r] - ground) < least
     return gaps <= MOST_GAPS * between
 
 
@@ -189,9 +297,11 @@ def _is_thick(
 
 
 @numba.njit(cache=True)
-def _is_sharp(column: np.ndarray, row: int) -> bool:  # pragma: no cover - compiled
+def _is_sharp(
+    column: np.ndarray, row: int, sharp: float, lit: float
+) -> bool:  # pragma: no cover - compiled
     """Whether what ends at a row ends as a strand does, and not as a shadow or a smear."""
     last, half = column.size - 1, FALL_PX // 2
     near = column[max(row - half + 1, 0)] - column[min(row + half, last)]
     far = column[max(row - FALL_PX + 1, 0)] - column[min(row + FALL_PX, last)]
-    return near > SHARP * far or column[max(row - FALL_PX, 0)] > LIT
+    return near > sharp * far or column[max(row - FALL_PX, 0)] > lit

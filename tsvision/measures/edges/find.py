@@ -57,7 +57,7 @@ def _fallen(contrast, limit, step, level):  # pragma: no cover - compiled
 def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
     """Sub-pixel edges of every column of the bundle, weighted by how well the model matched."""
     found = []
-    shades = _rising(shading)
+    shades = shading if cut.sunk else _rising(shading)
     if cut.in_colour:  # a hue fades at a limb for other reasons than that no lamp reaches it
         shades = undivided(shades[0]), undivided(shades[1])
     for rough, dim, outward, shade in zip(lit_edges(cut), cut.dim, (1, -1), shades, strict=True):
@@ -74,7 +74,9 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
         if is_dim.any():
             # Where no edge matches near a dim border, what does further in is where light ends.
             further, well = _matched(cut, dim, dim, outward, shade)
-            edge, weight = np.where(is_dim, further, edge), np.where(is_dim, well, weight)
+            # Beside a sunk limb the lit border is none of the outline.
+            other = 0.0 if cut.sunk else weight
+            edge, weight = np.where(is_dim, further, edge), np.where(is_dim, well, other)
         found.append((np.where(weight > 0, edge - cut.half_px, 0.0), weight))
     (upper, upper_weight), (lower, lower_weight) = found
     # Colour is coded in blocks: what smears it along the axis is not what a mean edge shows of it.

@@ -68,11 +68,13 @@ RAMPS = 2  # unknowns that they are, for either sign: a light fit by nnls has no
 
 @dataclass(frozen=True)
 class EdgeProfile:
-    """Mean signal `value` (K,) over the px about `t_px` (K,) inside an edge, with its sd (K,)."""
+    """Mean signal `value` (K,) over the px about `t_px` (K,) inside an edge, with its sd (K,);
+    sunk: of limbs that were found by being darker than their ground."""
 
     t_px: np.ndarray
     value: np.ndarray
     sd: np.ndarray
+    sunk: bool = False
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,7 @@ class Shading:
     contrast; place_sd_px: how well the edge's place was told (both sides' in quadrature give that
     of the width); beyond_px: how much farther out the true edge lies than where the template is
     found; loss: of light at the limb; mirrored: contrast that is lost there to the ground's light;
+    sunk: whether the limb is seen, darker than its ground;
     template: the profile on the module's grid; step: the share of it that begins at the limb
     itself, at full height: what else there is begins further in, where lamps reach, or fades.
     """
@@ -96,6 +99,7 @@ class Shading:
     beyond_px: float = 0.0
     loss: float = 0.0
     mirrored: float = 0.0
+    sunk: bool = False
     template: np.ndarray = field(default_factory=lambda: np.empty(0))
     step: np.ndarray = field(default_factory=lambda: np.empty(0))
 
@@ -184,6 +188,7 @@ def make_shading(
     beyond_px: float = 0.0,
     loss: float = 0.0,
     mirrored: float = 0.0,
+    sunk: bool = False,
 ) -> Shading:
     """Shading with its template; `lamps` (13,) carry their sign (< 0: they reduce the contrast)."""
     shapes = lamp_shapes(rho_px, blur_px, loss)
@@ -200,6 +205,7 @@ def make_shading(
         beyond_px=beyond_px,
         loss=loss,
         mirrored=mirrored,
+        sunk=sunk,
         template=template,
         step=step,
     )
@@ -251,10 +257,16 @@ def inside_at(shading: Shading, level: float) -> float:
 
 
 def edge_samples(
-    contrast: np.ndarray, edge_row: np.ndarray, slope: np.ndarray, outward: int, inside: float
+    contrast: np.ndarray,
+    edge_row: np.ndarray,
+    slope: np.ndarray,
+    outward: int,
+    inside: float,
+    sunk: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Every pixel near an edge: its distance inside the edge (K,) and its signal (K,), each column
-    without its ground and scaled to the columns' median depth.
+    without its ground and scaled to the columns' median depth; as it is where the limb is `sunk`,
+    darker than the ground, for where its light begins tells no column's depth.
 
     contrast (R, M); edge_row, slope (M,). Nothing is interpolated, which would add to the blur.
     """
@@ -268,6 +280,9 @@ def edge_samples(
         depth = np.where(deep, contrast, 0.0).sum(0) / deep.sum(0) - ground
     if not enough.any():
         return np.empty(0), np.empty(0)
+    if sunk:
+        near = near & enough
+        return t[near], (contrast - ground)[near]
     typical = float(np.median(depth[enough]))
     good = enough & (depth > 0.4 * typical) if typical > 0 else np.zeros_like(enough)
     t, near = t[:, good], near[:, good]

@@ -85,9 +85,10 @@ def edge_model_sd_px(shading: tuple[Shading, Shading]) -> float:
 
 
 def limb_unseen(shading: tuple[Shading, Shading]) -> bool:
-    """Whether one limb sends no light and the other more than the strands' middle."""
+    """Whether one limb sends no light and the other more than the strands' middle; a limb that is
+    seen to be darker than its ground is seen."""
     dark, bright = sorted(limb_level(s.ambient, s.lamps) for s in shading)
-    return dark < UNSEEN_LIMB and bright > LAMP_BESIDE
+    return dark < UNSEEN_LIMB and bright > LAMP_BESIDE and not any(s.sunk for s in shading)
 
 
 def rests_on_shape(shading: tuple[Shading, Shading], diameter_px: float) -> bool:

@@ -101,6 +101,7 @@ def with_blur(shading: tuple[Shading, Shading], blur_px: float) -> tuple[Shading
             s.beyond_px,
             s.loss,
             s.mirrored,
+            s.sunk,
         )
         for s in shading
     )

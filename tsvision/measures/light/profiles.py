@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tsvision.measures.edges.cut import Cut
@@ -29,25 +31,25 @@ def edge_profiles(
     """
     profiles = []
     for side, outward in ((0, 1), (1, -1)):
-        samples = []
+        samples, some_sunk = [], False
         for i, cut in enumerate(cuts):
             edge = rough_edges(cut)[side] if known is None else known[i][side]
             slope = slope_of(edge, np.isfinite(edge), SLOPE_SD_PX)
             flat = np.isfinite(edge) & (np.abs(slope) < 0.25) & ~cut.silhouette.cut
-            flat &= ~np.isfinite(cut.dim[side])
+            dim = np.isfinite(cut.dim[side])
+            sunk = bool(cut.sunk and dim.any())
+            flat &= dim if sunk else ~dim
             if flat.sum() < 10:
                 continue
-            samples.append(
-                edge_samples(
-                    cut.contrast[:, flat], edge[flat], slope[flat], outward, inside_px(rho_px)
-                )
-            )
+            part = cut.contrast[:, flat], edge[flat], slope[flat]
+            samples.append(edge_samples(*part, outward, inside_px(rho_px), sunk))
+            some_sunk |= sunk
         if not samples:
             return None
         profile = mean_profile(*(np.concatenate(v) for v in zip(*samples, strict=True)))
         if profile is None:
             return None
-        profiles.append(profile)
+        profiles.append(replace(profile, sunk=some_sunk))
     return profiles[0], profiles[1]
 
 

@@ -104,6 +104,7 @@ def fit_shading(
                 width_sd / np.sqrt(2.0),
                 loss=system.loss,
                 mirrored=mirrored,
+                sunk=profiles[i].sunk,
             )
         )
     return sides[0], sides[1], q[1:]

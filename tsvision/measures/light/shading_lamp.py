@@ -40,7 +40,8 @@ from tsvision.measures.edges.shading import (
 GROOVE_FROM = 0.1  # of the radius: how far in the neighbours begin to take light away
 RESOLVED = 3.0  # blurs in a strand's radius: of a thinner one no groove is told from the limb
 GROOVED_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb and more are dark
-STARTS_RAD = np.deg2rad([-45.0, 0.0, 45.0])
+# From three of them one fit in four to fifteen, of lamps far aside, ended far off (drawn tubes).
+STARTS_RAD = np.deg2rad([-60.0, -30.0, 0.0, 30.0, 60.0])
 FURTHEST_RAD, ASIDE_RAD = 1.6, 0.5 * np.pi
 UNEVEN_SD = 0.1  # of the core's contrast: by how much what comes from all around is uneven
 COMMON = 3  # unknowns of both sides: the lamp, and a sky of either side

@@ -61,16 +61,20 @@ def add_budgets(
     ends = list(knot_ends_px)
     coiled = [f for f in fits if f.fit.coiled]
     best = min(coiled, key=lambda f: weighed(f.fit, NAN), default=fits[0])
-    expected = [expected_along(f, edges, envelope, ends, apex_px, end) for f in fits]
-    of_best = next(e for e, f in zip(expected, fits, strict=True) if f is best)
+    of_best = expected_along(best, edges, envelope, ends, apex_px, end)
     followed = follow(best, edges, of_best, apex_px, end) if coiled else None
     rate = COIL_RATE_SD if coiled else RATE_SD
     turn_rate = rate
     if followed is not None and followed.unbroken(apex_px, end, ENDS_D * looks.diameter_px):
         # Nothing but the ends is left to what either fit would carry over.
-        expected = [of_best] * len(fits)
+        found = [laid_between(of_best, ends, apex_px, end, followed)] * len(fits)
         turn_rate = FOLLOWED_RATE_SD
-    found = [laid_between(each, ends, apex_px, end, followed) for each in expected]
+    else:
+        expected = [
+            of_best if f is best else expected_along(f, edges, envelope, ends, apex_px, end)
+            for f in fits
+        ]
+        found = [laid_between(each, ends, apex_px, end, followed) for each in expected]
     turns = [each.turns for each in found]
     # Of two stretches the one that its helix describes better tells more.
     trust = [1.0 / max(weighed(f.fit, NAN), LEAST_COST) ** 2 for f in fits]
