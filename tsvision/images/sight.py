@@ -91,6 +91,7 @@ class Sight:
             start_px=length - self.end_px,
             end_px=length - self.start_px,
             connector_px=float("nan"),
+            sunk=None if self.sunk is None else -self.sunk,
         )
 
 

@@ -85,3 +85,13 @@ def test_a_side_whose_light_was_not_learnt_is_read_by_the_other_sides() -> None:
     found, both = find_edges(cut, (falling, plain)), find_edges(cut, (plain, plain))
     assert (found.upper_weight[20:] > 0.5).all() and (found.lower_weight[20:] > 0.5).all()
     np.testing.assert_array_equal(found.upper_px, both.upper_px)
+
+
+def test_the_lit_border_of_a_sunk_limb_is_no_edge() -> None:
+    """Of a frame that shows none of a limb which all others show darker than the ground."""
+    shading = plain_shading(8.0)
+    lit = find_edges(a_cut(8), (shading, shading))
+    sunk = find_edges(replace(a_cut(8), sunk=1), (shading, shading))
+    assert (lit.upper_weight[25:-5] > 0.2).all()
+    assert (sunk.upper_weight == 0.0).all()
+    np.testing.assert_array_equal(sunk.lower_weight, lit.lower_weight)

@@ -35,9 +35,9 @@ BLACK_STEP = 8  # columns apart that are asked what strands without light would 
 class Cut:
     """contrast (R, M): signal minus ground over the core's contrast; light (R, M): the signal
     itself, linear; s_px (M,); half_px: n of the last row; dim: rows (M,) of the upper and lower
-    borders of strands in the bundle's own shadow, NaN where none lie beyond the lit ones; sunk: as
-    in `Sight`, where those are limbs darker than their ground, else 0; in_colour: contrast is one
-    of hue, not of luma; sampled (R, K) or (R, K, 3): what was
+    borders of strands in the bundle's own shadow, NaN where none lie beyond the lit ones; sunk: on
+    which side those are limbs darker than their ground, +1 above, -1 below, 0 on neither;
+    in_colour: contrast is one of hue, not of luma; sampled (R, K) or (R, K, 3): what was
     straightened, linear, in every BLACK_STEP-th column; sight: that it was straightened by;
     core_share: contrast on the axis, of the ground's light there; saturated: share of the bundle's
     core where the sensor is full; colours (R, M, 3): linear light
@@ -123,7 +123,8 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     if sight.some_dim and sight.sense > 0 and not sight.signal.by_distance:
         if sight.sunk != 0 and not sight.signal.in_colour:
             dim = sunk_edges(contrast, silhouette, sight.width_px, strand_px, sight.sunk)
-            sunk = int(np.isfinite(dim[0]).any()) - int(np.isfinite(dim[1]).any())
+            found = int(np.isfinite(dim[0]).any()) - int(np.isfinite(dim[1]).any())
+            sunk = sight.sunk or found
         if not sunk:
             dim = dim_edges(contrast, silhouette, sight.width_px, strand_px)
     return Cut(

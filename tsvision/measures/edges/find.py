@@ -70,13 +70,13 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
         if reached > shade.rho_px:  # a dark limb, or a level that this side hardly has
             here, well = _matched(cut, rough, rough, outward, shade)
             edge, weight = (here, well) if well.sum() > weight.sum() else (edge, weight)
+        if cut.sunk == outward:  # of a sunk limb the lit border is none of the outline
+            weight = np.zeros(weight.size)
         is_dim = np.isfinite(dim)
         if is_dim.any():
             # Where no edge matches near a dim border, what does further in is where light ends.
             further, well = _matched(cut, dim, dim, outward, shade)
-            # Beside a sunk limb the lit border is none of the outline.
-            other = 0.0 if cut.sunk else weight
-            edge, weight = np.where(is_dim, further, edge), np.where(is_dim, well, other)
+            edge, weight = np.where(is_dim, further, edge), np.where(is_dim, well, weight)
         found.append((np.where(weight > 0, edge - cut.half_px, 0.0), weight))
     (upper, upper_weight), (lower, lower_weight) = found
     # Colour is coded in blocks: what smears it along the axis is not what a mean edge shows of it.

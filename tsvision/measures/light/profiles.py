@@ -37,7 +37,7 @@ def edge_profiles(
             slope = slope_of(edge, np.isfinite(edge), SLOPE_SD_PX)
             flat = np.isfinite(edge) & (np.abs(slope) < 0.25) & ~cut.silhouette.cut
             dim = np.isfinite(cut.dim[side])
-            sunk = bool(cut.sunk and dim.any())
+            sunk = cut.sunk == outward
             flat &= dim if sunk else ~dim
             if flat.sum() < 10:
                 continue
