@@ -211,12 +211,12 @@ def _tells_more(bright: EdgeLook, colour: EdgeLook) -> bool:
 def _shows_better(whole: EdgeLook, across: EdgeLook) -> bool:
     """Whether edges by all that strings differ by from their ground, and not across its colour
     alone, fit far better and tell the width surer: grey strands beside red ones hardly leave the
-    colour of a grey ground, and their brightness is stored in full. What is thicker so may be
-    strings and their shadow."""
+    colour of a grey ground, and their brightness is stored in full. What is thicker so by more than
+    such strands' limbs may fade is strings and their shadow."""
     frames = max(whole.last.frames, across.last.frames)
     better = _cost_px2(whole.last, frames) < SURER * _cost_px2(across.last, frames)
     sd_px = light_sd_px(across.shading)
-    alike_px = max(UNSURE * sd_px, FADED_RHO * across.shading[0].rho_px)
+    alike_px = max(UNSURE * sd_px, FADED_RHO * whole.shading[0].rho_px)
     thicker_px = whole.diameter_px - across.diameter_px
     return better and light_sd_px(whole.shading) < sd_px and thicker_px < alike_px
 
