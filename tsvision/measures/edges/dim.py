@@ -64,8 +64,8 @@ def dim_edges(
         sharp=SHARP,
         lit=LIT,
     )
-    sides = _both_sides(smooth, lit, width_px, strand_px, dim)
-    return _one_side(sides, lit.bundle, LEAST_SHARE)
+    upper, lower = (_on_side(way, smooth, lit, width_px, strand_px, dim) for way in (1, -1))
+    return _one_side(upper, lower, lit.bundle, LEAST_SHARE)
 
 
 def sunk_edges(
@@ -89,11 +89,12 @@ def sunk_edges(
         sharp=SUNK_SHARP,
         lit=np.inf,
     )
-    sides = _both_sides(-_mean_of_three(contrast), lit, width_px, strand_px, sunk)
-    if side is None:
-        return _one_side(sides, lit.bundle, SUNK_SHARE)
-    none = np.full(contrast.shape[1], np.nan)
-    return (sides[0], none) if side > 0 else (none, sides[1])
+    negative, none = -_mean_of_three(contrast), np.full(contrast.shape[1], np.nan)
+    upper, lower = (
+        none if side == -way else _on_side(way, negative, lit, width_px, strand_px, sunk)
+        for way in (1, -1)
+    )
+    return (upper, lower) if side else _one_side(upper, lower, lit.bundle, SUNK_SHARE)
 
 
 @dataclass(frozen=True)
@@ -113,31 +114,28 @@ class _Kind:
     lit: float
 
 
-def _both_sides(
-    smooth: np.ndarray, lit: Silhouette, width_px: float, strand_px: float, kind: _Kind
-) -> tuple[np.ndarray, np.ndarray]:
-    """Borders (M,) at larger and at smaller n of what stands off the ground beyond the lit
-    strands."""
+def _on_side(
+    side: int, smooth: np.ndarray, lit: Silhouette, width_px: float, strand_px: float, kind: _Kind
+) -> np.ndarray:
+    """Borders (M,) at larger (side +1) or at smaller n (-1) of what stands off the ground beyond
+    the lit strands."""
     half = smooth.shape[0] // 2
     if not lit.bundle.any():
-        none = np.full(smooth.shape[1], np.nan)
-        return none, none
-    upper = _beyond(smooth, lit.high + half, lit.bundle, width_px, strand_px, kind)
+        return np.full(smooth.shape[1], np.nan)
+    if side > 0:
+        return _beyond(smooth, lit.high + half, lit.bundle, width_px, strand_px, kind)
     mirrored = smooth[::-1], half - lit.low
-    lower = 2 * half - _beyond(*mirrored, lit.bundle, width_px, strand_px, kind)
-    return upper, lower
+    return 2 * half - _beyond(*mirrored, lit.bundle, width_px, strand_px, kind)
 
 
 def _one_side(
-    sides: tuple[np.ndarray, np.ndarray], bundle: np.ndarray, least: float
+    upper: np.ndarray, lower: np.ndarray, bundle: np.ndarray, least: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Of borders (M,) on either side those of the one that far more of a bundle's columns have, a
     share of at least so much of them; NaN else."""
     none = np.full(bundle.size, np.nan)
-    if not bundle.any():
-        return none, none
-    upper, lower = sides
-    above, below = (float(np.isfinite(side)[bundle].mean()) for side in sides)
+    columns = max(int(bundle.sum()), 1)
+    above, below = (int(np.isfinite(side)[bundle].sum()) / columns for side in (upper, lower))
     if above > max(least, TIMES * below):
         return upper, none
     if below > max(least, TIMES * above):
