@@ -38,6 +38,7 @@ from tsvision.measures.zone.doubts import (
     less_sure_of_pitch,
     stands_alone,
     turns_disagree,
+    without_pitch,
 )
 from tsvision.measures.zone.fits import (
     apex_of,
@@ -126,6 +127,9 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
     if turns_disagree(row, near):
         flags |= Flag.TURNS_DISAGREE
         row = less_sure_of_pitch(row, near)
+        # Of a coil it is the turns that may be lost, in knots not least.
+        if near is not None and not near.fit.coiled and row.pitch_px_sd >= NO_TWIST * row.pitch_px:
+            row, flags = without_pitch(row), flags | Flag.NO_PITCH
     if not np.isfinite(meet_px):
         flags |= Flag.NO_APEX
     if knots_unsure(outlined.knots):

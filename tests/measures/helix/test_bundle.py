@@ -89,6 +89,20 @@ def test_a_short_straight_stretch_does_not_stand_for_the_bundle() -> None:
     assert not _better(BundleFit(replace(good, cost=0.39), 100.0, 240.0), rough)
 
 
+@pytest.mark.parametrize(("from_px", "right"), [(0.0, False), (180.0, True)])
+def test_a_poor_fit_is_not_carried_on_into_a_much_longer_view(from_px: float, right: bool) -> None:
+    """A quarter of a turn fitted badly; the next frame shows two more, which tell the strands."""
+    edges = straight_in_noise(0.1)
+    true = fit_window(edges, pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN, coil=False)
+    assert true is not None
+    p = true.fit.p.copy()
+    p[K] *= 2.2
+    poor = BundleFit(replace(true.fit, p=p, cost=0.95), from_px, 240.0)
+    found = fit_window(edges, pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN, poor, coil=False)
+    assert found is not None
+    assert (found.fit.pitch_px == pytest.approx(true.fit.pitch_px, rel=0.01)) == right
+
+
 def straight_in_noise(noise_px: float, coil_px: float = 0.0) -> Edges:
     """Edges of two strands about a straight line, or one that coils a little, with noise."""
     section = pair_core(2)
@@ -213,7 +227,7 @@ def searches(monkeypatch: pytest.MonkeyPatch, holds: bool, sways: list[float]) -
         return straight.fit
 
     monkeypatch.setattr(bundle, "_searched", none_found)
-    monkeypatch.setattr(bundle, "_holds", lambda warm, before: holds)
+    monkeypatch.setattr(bundle, "_holds", lambda warm, before, longer: holds)
     before = straight
     for by_d in sways:
         found = fit_window(swaying(lit, by_d), pair_core(2), 0.0, 240.0, DIAMETER_PX, NAN, before)

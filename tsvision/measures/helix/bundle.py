@@ -31,7 +31,8 @@ SWINGS = 0.03  # ... from which a coil is tried, ...
 SWINGS_WIDELY = 0.08  # ... and from which nothing else is
 SWINGS_ON = 1.15  # by what factor it must grow for a coil to be sought again where none was found
 LED_ON = 1.1  # times the cost of the frame before that a straight fit led on by the motor may have
-POOR_FRAMES = 5  # for which a poor fit is carried on before all is searched again
+POOR_FRAMES = 5  # for which a poor fit is carried on before all is searched again, ...
+LONGER = 1.3  # ... or until as many times as much of the bundle is in view: that tells more
 COIL_PAYS = 0.85  # share of a straight fit's cost that a coiled one must stay below, ...
 IN_STEP_PAYS = 0.4  # ... and where its coils go with the strands' lobes
 ASLANT = 0.12  # slope against the axis of what is a leg, or a coil longer than the stretch
@@ -61,14 +62,18 @@ class BundleFit:
         return 0.5 * (self.s_low_px + self.s_high_px)
 
     @property
+    def length_px(self) -> float:
+        return self.s_high_px - self.s_low_px
+
+    @property
     def lobes_seen(self) -> float:
         """Lobes of the strands that either edge shows in the stretch."""
-        return (self.s_high_px - self.s_low_px) / self.fit.pitch_px * self.fit.section.lobes
+        return self.length_px / self.fit.pitch_px * self.fit.section.lobes
 
     @property
     def shows_few_lobes(self) -> bool:
         """Whether the stretch is too short for pitch and width to be told well apart."""
-        return (self.s_high_px - self.s_low_px) < WHOLE_PITCH * self.fit.pitch_px
+        return self.length_px < WHOLE_PITCH * self.fit.pitch_px
 
 
 def usable(edges: Edges) -> bool:
@@ -105,7 +110,8 @@ def fit_window(
         best = _upright(_carried_on(part, before, expected_rate, scale_px))
     sought = 0.0 if before is None else before.straight_at
     swings = swing >= max(SWINGS, SWINGS_ON * sought)
-    holds = _holds(best, before) and (best is None or best.coiled or not swings)
+    longer = before is not None and s_high - s_low > LONGER * before.length_px
+    holds = _holds(best, before, longer) and (best is None or best.coiled or not swings)
     # What hardly swings, and no more than when no coil was found, coils no more now.
     settled = best is not None and not best.coiled and swing < min(SWINGS, SWINGS_ON * sought)
     tried = not holds and coil and s_high - s_low > 3.0 * diameter_px and not settled
@@ -254,8 +260,9 @@ def _carried_on(
     return None if coiled is None else crowded(part, coiled, scale_px)
 
 
-def _holds(warm: HelixFit | None, before: BundleFit | None) -> bool:
-    """Whether a fit carried over from the frame before is good, and as good as that one was."""
+def _holds(warm: HelixFit | None, before: BundleFit | None, longer: bool) -> bool:
+    """Whether a fit carried over from the frame before is good, and as good as that one was; of a
+    stretch that is much longer than that, only if it is good."""
     if warm is None or before is None:
         return False
     plain = not warm.coiled and warm.cost < PLAINLY  # what it explains inside was not looked at
@@ -266,7 +273,7 @@ def _holds(warm: HelixFit | None, before: BundleFit | None) -> bool:
         factor = 2.0 if plain else 1.3
         return warm.cost < factor * before.fit.cost + 0.03
     # No good fit, but as good as the last full search's: that is not repeated every frame.
-    return before.carried < POOR_FRAMES and warm.cost < 1.05 * before.fit.cost
+    return not longer and before.carried < POOR_FRAMES and warm.cost < 1.05 * before.fit.cost
 
 
 def explains_as_much(fit: HelixFit, other: HelixFit) -> bool:

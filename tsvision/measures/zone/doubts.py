@@ -14,6 +14,7 @@ from tsvision.measures.helix.silhouette import passing
 from tsvision.measures.helix.weigh import doubt
 from tsvision.records import FrameRow, KnotSighting
 
+NAN = float("nan")
 POOR_WEIGHT = 0.55  # of the edges along the bundle, in the mean: films show 0.7 and more
 LITTLE = 0.3  # of its strip, that a bundle without a separator in view fills at least
 GROSSLY = 1.2  # by how much a fit counts less for its rate: 1.75 times the motor's, or a third
@@ -53,8 +54,8 @@ def less_sure_of_pitch(row: FrameRow, near: BundleFit | None) -> FrameRow:
     stretch shows few of their lobes."""
     if near is None or not (near.fit.coiled or near.shows_few_lobes):
         return row
-    counted = abs(row.turn_budget_error / row.turns) if row.turns else float("nan")
-    led = passing(near.fit.p) / (near.expected_rate or float("nan"))
+    counted = abs(row.turn_budget_error / row.turns) if row.turns else NAN
+    led = passing(near.fit.p) / (near.expected_rate or NAN)
     known = [off for off in (counted, abs(led - 1.0)) if np.isfinite(off)]
     if not known:
         return row
@@ -65,6 +66,22 @@ def less_sure_of_pitch(row: FrameRow, near: BundleFit | None) -> FrameRow:
         pitch_mm_sd=float(np.hypot(row.pitch_mm_sd, off * row.pitch_mm)),
         helix_angle_rad_sd=_angle_sd(row.helix_angle_rad, row.helix_angle_rad_sd, off, led),
         lay_angle_rad_sd=_angle_sd(row.lay_angle_rad, row.lay_angle_rad_sd, off, led),
+    )
+
+
+def without_pitch(row: FrameRow) -> FrameRow:
+    """The row without its pitch and what follows from that."""
+    return replace(
+        row,
+        pitch_px=NAN,
+        pitch_px_sd=NAN,
+        pitch_mm=NAN,
+        pitch_mm_sd=NAN,
+        strand_repeat_px=NAN,
+        helix_angle_rad=NAN,
+        helix_angle_rad_sd=NAN,
+        lay_angle_rad=NAN,
+        lay_angle_rad_sd=NAN,
     )
 
 
