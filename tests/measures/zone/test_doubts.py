@@ -144,3 +144,19 @@ def test_a_pitch_that_may_as_well_be_none_is_not_given(monkeypatch: pytest.Monke
     assert unsure.diameter_px == sure.diameter_px and unsure.fit_rms_px == sure.fit_rms_px
     given = (unsure.pitch_px, unsure.strand_repeat_px, unsure.helix_angle_rad, unsure.pitch_px_sd)
     assert np.isnan(given).all() and "NO_PITCH" in unsure.flags.split("|")
+
+
+def test_a_pitch_that_the_motor_doubts_by_half_is_not_given(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A seventh of a turn in view was told as 113 px +- 285 where 358 were true (`wild 1180`)."""
+    pixels = picture()
+    sure = measure(pixels)
+    monkeypatch.setattr(frame, "turns_disagree", lambda row, near: True)
+    assert measure(pixels).pitch_px == sure.pitch_px
+    unsure = replace(sure, pitch_px_sd=0.6 * sure.pitch_px)
+    monkeypatch.setattr(frame, "less_sure_of_pitch", lambda row, near: unsure)
+    given = measure(pixels)
+    assert given.diameter_px == sure.diameter_px
+    assert np.isnan([given.pitch_px, given.pitch_mm, given.helix_angle_rad]).all()
+    assert {"TURNS_DISAGREE", "NO_PITCH"} <= set(given.flags.split("|"))
