@@ -262,11 +262,11 @@ def edge_samples(
     slope: np.ndarray,
     outward: int,
     inside: float,
-    sunk: bool = False,
+    unscaled: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Every pixel near an edge: its distance inside the edge (K,) and its signal (K,), each column
-    without its ground and scaled to the columns' median depth; as it is where the limb is `sunk`,
-    darker than the ground, for where its light begins tells no column's depth.
+    without its ground and scaled to the columns' median depth, or `unscaled` where the signal so
+    far inside tells no column's depth: of limbs darker than their ground, or as bright as that.
 
     contrast (R, M); edge_row, slope (M,). Nothing is interpolated, which would add to the blur.
     """
@@ -280,7 +280,7 @@ def edge_samples(
         depth = np.where(deep, contrast, 0.0).sum(0) / deep.sum(0) - ground
     if not enough.any():
         return np.empty(0), np.empty(0)
-    if sunk:
+    if unscaled:
         near = near & enough
         return t[near], (contrast - ground)[near]
     typical = float(np.median(depth[enough]))

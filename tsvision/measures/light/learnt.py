@@ -22,10 +22,12 @@ from tsvision.measures.edges.shading import plain_shading
 from tsvision.measures.edges.tones import faint_tone
 from tsvision.measures.helix.silhouette import Section
 from tsvision.measures.helix.uncertainty import light_sd_px, place_sd_px
+from tsvision.measures.light.beside import Bright
 from tsvision.measures.light.profiles import learn_shading
-from tsvision.measures.light.rounds import EdgeLook, Round, less_sure
+from tsvision.measures.light.rounds import EdgeLook, Round, less_sure, next_look
 from tsvision.measures.light.settle import settle
-from tsvision.measures.light.stored import stored_in
+from tsvision.measures.light.shading_lamp import RESOLVED
+from tsvision.measures.light.stored import is_halved, stored_in
 from tsvision.measures.light.witness import Witness, heard
 
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
@@ -137,10 +139,38 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     other = _learnt_by(LUMA, learnt, section, half_px)
     if other is None:
         return learnt
+    bright = other.edge.shading[0]
+    hue = learnt.sight.signal.way is Way.HUE and other.edge.last.frames
+    if hue and bright.rho_px > RESOLVED * bright.blur_px:
+        learnt = _as_bright(learnt, other, section)
+        return other if _tells_more(other.edge, learnt.edge) else learnt
     learnt = _as_stored(learnt, other.edge, section)
     if _tells_more(other.edge, learnt.edge):
         return other
     return replace(learnt, edge=_joined(learnt.edge, other.edge))
+
+
+def _as_bright(learnt: Learnt, other: Learnt, section: Section) -> Learnt:
+    """The same with its edges moved by what brightness as well tells of them: of strands so thick
+    that their limbs' light is seen apart from the blur."""
+    edge, sharp_px = learnt.edge, other.edge.shading[0].blur_px
+    bright = Bright(
+        _pairs(learnt, other), sharp_px, halved=is_halved(edge.shading[0].blur_px, sharp_px)
+    )
+    # Rounds need not have settled: one more of each kind, from the same edges on.
+    plain = next_look(learnt.cuts, section, edge)
+    both = next_look(learnt.cuts, section, replace(edge, bright=bright))
+    wider_px = both.settled_px - plain.settled_px
+    if abs(wider_px) > MOST_PX:
+        return replace(learnt, edge=_joined(edge, other.edge))
+    own, alone, told = (light_sd_px(look.shading) for look in (edge, plain, both))
+    sd_px = float(np.sqrt(max(own**2 - alone**2, 0.0) + told**2 + (0.5 * wider_px) ** 2))
+    upper, lower = (
+        replace(s, beyond_px=s.beyond_px + 0.5 * wider_px, place_sd_px=place_sd_px(sd_px))
+        for s in edge.shading
+    )
+    moved = replace(edge, shading=(upper, lower), diameter_px=edge.diameter_px + wider_px)
+    return replace(learnt, edge=moved)
 
 
 def _as_stored(learnt: Learnt, bright: EdgeLook, section: Section) -> Learnt:
@@ -161,6 +191,17 @@ def _as_stored(learnt: Learnt, bright: EdgeLook, section: Section) -> Learnt:
     upper, lower = (replace(s, beyond_px=s.beyond_px + 0.5 * wider_px) for s in edge.shading)
     moved = replace(edge, shading=(upper, lower), diameter_px=undone.diameter_px)
     return replace(learnt, edge=less_sure(moved, place_sd_px(0.5 * wider_px)))
+
+
+def _pairs(learnt: Learnt, other: Learnt) -> dict[int, Cut]:
+    """What another signal shows of the same pictures, by the id of the cut in the first."""
+    cuts = {id(picture): cut for picture, cut in other.pairs}
+    pairs = ((mine, cuts.get(id(picture))) for picture, mine in learnt.pairs)
+    return {
+        id(mine): cut
+        for mine, cut in pairs
+        if cut is not None and cut.contrast.shape == mine.contrast.shape
+    }
 
 
 def _learnt_by(signal: Signal, learnt: Learnt, section: Section, half_px: int) -> Learnt | None:

@@ -22,6 +22,7 @@ from tsvision.measures.helix.silhouette import RHO, Y0, Section
 from tsvision.measures.helix.uncertainty import light_sd_px
 from tsvision.measures.helix.weigh import POOR
 from tsvision.measures.helix.windows import learning_windows
+from tsvision.measures.light.beside import NONE, Bright, beside
 from tsvision.measures.light.blur import (
     agree_better,
     alike,
@@ -69,7 +70,8 @@ class EdgeLook:
     either edge counts in a fit; steady: whether the frames are equally sharp; hidden_px: how much
     of the width may lie beyond edges that are no strand's; apart_px: sd of the widths that frames
     show, where rounds went to and fro; stored: how files keep the colour that strings are told by,
-    where that is to be undone; last: the round that taught it."""
+    where that is to be undone; bright: what shows the same edges by brightness, where that is asked
+    as well; last: the round that taught it."""
 
     shading: tuple[Shading, Shading]
     diameter_px: float
@@ -78,6 +80,7 @@ class EdgeLook:
     hidden_px: float = 0.0
     apart_px: float = 0.0
     stored: Stored | None = None
+    bright: Bright | None = None
     last: Round = Round()
 
     @property
@@ -167,14 +170,12 @@ def _taught(
     What storing made of the edges is taken off by what the light known so far says of it.
     """
     shading, places_px, light = None, np.zeros(2), look.shading
+    cuts = [f.cut for f in fits]
     for _ in range(AIMS):
         aimed = [_moved(f.bundle, places_px) for f in fits]
         rho = float(np.median([b.fit.p[RHO] for b in aimed]))
-        mean = edge_profiles(
-            [f.cut for f in fits],
-            rho,
-            [model_rows(f.cut, b) for f, b in zip(fits, aimed, strict=True)],
-        )
+        rows = [model_rows(f.cut, b) for f, b in zip(fits, aimed, strict=True)]
+        mean = edge_profiles(cuts, rho, rows)
         if mean is None:
             break
         if look.stored is not None:
@@ -183,10 +184,11 @@ def _taught(
         upper, lower, off_px = fit_shading(
             mean,
             rho,
-            black_of([f.cut for f in fits]),
+            black_of(cuts),
             look.shading[0].blur_px,
             replace(shape, width_px=shape.width_px - float(places_px.sum())),
             grooved=fits[0].bundle.fit.section.count > 2 and not fits[0].cut.in_colour,
+            beside=NONE if look.bright is None else beside(look.bright, cuts, rho, rows),
         )
         if look.stored is not None:
             upper, lower = raised(upper, added[0]), raised(lower, added[1])

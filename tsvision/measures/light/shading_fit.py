@@ -39,6 +39,8 @@ from tsvision.measures.edges.shading import (
     ramp_prior,
     ramps_outside,
 )
+from tsvision.measures.light.beside import NONE, SHIFTS, Beside, shifted
+from tsvision.measures.light.beside import UNKNOWNS as UNKNOWNS_BESIDE
 from tsvision.measures.light.shading_lamp import MOST_STEPS, RESOLVED, fit_lamp
 from tsvision.measures.light.shape import UNKNOWN, Shape
 
@@ -70,6 +72,7 @@ def fit_shading(
     blur_start_px: float = 1.0,
     shape: Shape = UNKNOWN,
     grooved: bool = False,
+    beside: Beside = NONE,
 ) -> tuple[Shading, Shading, np.ndarray]:
     """Fit both sides' mean edge profiles (upper, lower) with one blur and nearly the same lamps.
 
@@ -78,12 +81,14 @@ def fit_shading(
     strings are told by a hue or by being darker, above 1 before a bright ground, where light
     reduces the contrast. shape: what the outline's shape tells of both edges' places together.
     grooved: whether neighbours may take light from a strand: more than two strands, and no hue.
+    beside: the same edges by brightness, under the same light.
     Returns upper and lower shading and (2,) the true edges' places on the profiles' axis (negative:
     outside the edge assumed).
     """
-    light = _fit_light(profiles, rho_px, max(black, 0.0), blur_start_px, shape, grooved)
+    known = rho_px, blur_start_px, shape, grooved, beside
+    light = _fit_light(profiles, max(black, 0.0), *known)
     if black < -GROUND_LIGHT:
-        unlit = _fit_light(profiles, rho_px, black, blur_start_px, shape, grooved)
+        unlit = _fit_light(profiles, black, *known)
         light = _either(light, unlit)
     system, q, width_sd = light.system, light.q, light.width_sd_px
     told = shape.joined(float(q[1:].sum()), width_sd)
@@ -121,14 +126,15 @@ class _Light:
 
 def _fit_light(
     profiles: tuple[EdgeProfile, EdgeProfile],
-    rho_px: float,
     black: float,
+    rho_px: float,
     blur_start_px: float,
     shape: Shape,
     grooved: bool,
+    beside: Beside,
 ) -> _Light:
     """Spread light and one lamp together, for strands that show the contrast `black` without."""
-    system = _System(profiles, rho_px, black, rho_px > RESOLVED * blur_start_px)
+    system = _System(profiles, rho_px, black, rho_px > RESOLVED * blur_start_px, beside)
     blur = float(np.clip(blur_start_px, 0.4, 5.5))
     # Where a lamp's light ends short of a limb that sends none, what is seen is the terminator:
     # the edge then lies far outside, and the fit has to be told to look there.
@@ -146,7 +152,7 @@ def _fit_light(
     apart = [abs(float((f.x - fit.x)[1:].sum())) for f in fits if f.cost < RIVAL * fit.cost + 1.0]
     q = fit.x
     if black < 1.0:
-        lamp = fit_lamp(profiles, system.floor, rho_px, float(q[0]), black, grooved)
+        lamp = fit_lamp(profiles, system.floor, rho_px, float(q[0]), black, grooved, beside)
         spread = system.misfit(q)
         odds = LAMP_ODDS / max(lamp.misfit / max(spread, 1e-12), 1e-3) ** LAMP_POWER
         share = odds / (1.0 + odds)
@@ -174,7 +180,8 @@ class _System:
 
     Unknowns of a side: ambient and the lamps, over the core's light, and the ground's error and
     slope with either sign; of both together, before a bright ground, what share of it their limbs
-    mirror. thick: whether that is seen apart from the blur.
+    mirror, and last the UNKNOWNS of what is beside. thick: whether a mirrored share is seen apart
+    from the blur.
     """
 
     def __init__(
@@ -183,6 +190,7 @@ class _System:
         rho_px: float,
         black: float,
         thick: bool,
+        beside: Beside,
     ) -> None:
         self.profiles, self.rho_px, self.black = profiles, rho_px, black
         self.loss, self.mirrors = limb_loss(black), black >= 1.0
@@ -192,9 +200,9 @@ class _System:
             deep = np.maximum(p.t_px - 1.0, 0.0) / rho_px
             floor = FLOOR * lit * np.ptp(p.value) * (1.0 + FLOOR_GROWTH * deep**2)
             self.sd.append(np.hypot(p.sd, np.maximum(floor, 1e-6)))
-        self.floor = tuple(self.sd)
         ends = np.cumsum([0, *(p.t_px.size for p in profiles)])
-        self.parts = (slice(ends[0], ends[1]), slice(ends[1], ends[2]))  # of the residuals
+        # Of the residuals, as all that is by sides: the profiles', then what is beside them.
+        self.parts: tuple[slice, ...] = (slice(ends[0], ends[1]), slice(ends[1], ends[2]))
         lamps = LAMPS_RAD.size
         self.unknowns = 1 + lamps + 2 + RAMPS
         own = np.zeros((lamps, 2 * self.unknowns))
@@ -225,6 +233,26 @@ class _System:
                 share,
             ]
         )
+        self.beside, self.lit = beside, 1.0
+        if beside.profiles and not self.mirrors:
+            self._join(beside)
+        self.floor = tuple(self.sd)
+
+    def _join(self, beside: Beside) -> None:
+        """Add what brightness shows of the same light, after all else."""
+        self.lit = beside.lit(self.profiles, self.black)
+        rows, target = beside.prior()
+        below = np.zeros((len(rows), self.prior.shape[1]))
+        wider = np.zeros((len(self.prior), UNKNOWNS_BESIDE))
+        self.prior = np.block([[self.prior, wider], [below, rows]])
+        self.target = np.concatenate([self.target, target])
+        for p in beside.profiles:
+            first = self.target.size
+            deep = np.maximum(p.t_px - 1.0, 0.0) / self.rho_px
+            sd = np.hypot(p.sd, FLOOR * self.lit * (1.0 + FLOOR_GROWTH * deep**2))
+            self.parts += (slice(first, first + p.t_px.size),)
+            self.sd.append(sd)
+            self.target = np.concatenate([self.target, p.value / sd])
 
     def _ties(self) -> np.ndarray:
         """A lamp at angle theta from the upper limb's side is one at -theta from the lower's."""
@@ -248,7 +276,7 @@ class _System:
         blur_px = averaged_blur_px(float(q[0]))
         shapes = lamp_shapes(self.rho_px, blur_px, self.loss)
         blocks, target, gain = [], self.target.copy(), 1.0 - self.black
-        for i, (p, sd) in enumerate(zip(self.profiles, self.sd, strict=True)):
+        for i, (p, sd) in enumerate(zip(self.profiles, self.sd[:2], strict=True)):
             one = np.ones_like(p.t_px)
             seen = [np.interp(p.t_px - q[1 + i], TEMPLATE_GRID_PX, shape) for shape in shapes]
             block = np.zeros((p.t_px.size, self.prior.shape[1]))
@@ -260,8 +288,20 @@ class _System:
                 mirror = mirror_shape(self.rho_px, blur_px)
                 lost = self.black * np.interp(p.t_px - q[1 + i], TEMPLATE_GRID_PX, mirror)
                 block[:, -1] = -lost / sd
+            elif len(self.sd) > 2:
+                block[:, SHIFTS] = shifted(p) / sd[:, None]
             blocks.append(block)
-        design = np.vstack([*blocks, self.prior])
+        bright = []
+        for i, sd in enumerate(self.sd[2:]):  # of what is beside, where anything is
+            sharp = lamp_shapes(self.rho_px, averaged_blur_px(self.beside.blur_px), self.loss)
+            known, lit, own = self.beside.rows(i, q[1 + i], sharp, self.lit, self.rho_px)
+            block = np.zeros((sd.size, self.prior.shape[1]))
+            first = i * self.unknowns
+            block[:, first : first + 1 + LAMPS_RAD.size] = lit / sd[:, None]
+            block[:, -UNKNOWNS_BESIDE:] = own / sd[:, None]
+            target[self.parts[2 + i]] = known / sd
+            bright.append(block)
+        design = np.vstack([*blocks, self.prior, *bright])
         light, _ = nnls(design, target, maxiter=MOST_STEPS)
         return light, design @ light - target
 

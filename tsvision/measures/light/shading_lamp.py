@@ -36,6 +36,7 @@ from tsvision.measures.edges.shading import (
     ramp_prior,
     ramps_outside,
 )
+from tsvision.measures.light.beside import NONE, SHIFTS, Beside, shifted
 
 GROOVE_FROM = 0.1  # of the radius: how far in the neighbours begin to take light away
 RESOLVED = 3.0  # blurs in a strand's radius: of a thinner one no groove is told from the limb
@@ -67,15 +68,17 @@ def fit_lamp(
     blur_start_px: float,
     black: float = 0.0,
     grooved: bool = False,
+    beside: Beside = NONE,
 ) -> Lamp:
     """Fit the mean profiles (upper, lower) of strands brighter than their ground, each value with
-    its sd (K,). grooved: whether there may be a groove; where the lamp leaves one limb dark, none
-    is told from where its light ends."""
+    its sd (K,), those of what is beside after them. grooved: whether there may be a groove; where
+    the lamp leaves one limb dark, none is told from where its light ends."""
+    known = profiles, sd, rho_px, blur_start_px, black, beside
     if grooved and rho_px > RESOLVED * blur_start_px:
-        lamp = _fit(profiles, sd, rho_px, blur_start_px, black, True)
+        lamp = _fit(*known, True)
         if abs(lamp.theta_rad) < GROOVED_RAD:
             return lamp
-    return _fit(profiles, sd, rho_px, blur_start_px, black, False)
+    return _fit(*known, False)
 
 
 def _fit(
@@ -84,10 +87,13 @@ def _fit(
     rho_px: float,
     blur_start_px: float,
     black: float,
+    beside: Beside,
     grooved: bool,
 ) -> Lamp:
+    bright = beside.lit(profiles, black) if beside.profiles else 0.0
+
     def off(q: np.ndarray) -> np.ndarray:
-        return _residuals(profiles, sd, rho_px, black, grooved, q)
+        return _residuals(profiles, sd, rho_px, black, grooved, beside, bright, q)
 
     ranges = (BLUR_RANGE_PX, PLACE_RANGE_PX, PLACE_RANGE_PX, (-FURTHEST_RAD, FURTHEST_RAD))
     fits = [
@@ -111,19 +117,23 @@ def _residuals(
     rho_px: float,
     black: float,
     grooved: bool,
+    beside: Beside,
+    bright: float,
     q: np.ndarray,
 ) -> np.ndarray:
-    """For q = (blur, both places, theta): of both profiles, light by least squares."""
-    target = np.concatenate([p.value / s for p, s in zip(profiles, sd, strict=True)])
+    """For q = (blur, both places, theta): of both profiles, and of what is beside them, so `bright`
+    where the light is the core's, light by least squares."""
+    target = np.concatenate([p.value / s for p, s in zip(profiles, sd[:2], strict=True)])
     # ambient, the ground's error, the groove and the ground's slope of each side
     design = np.zeros((target.size, COMMON + 2 * OWN))
     first = 0
-    for side, (p, s) in enumerate(zip(profiles, sd, strict=True)):
+    loss = limb_loss(black)
+    for side, (p, s) in enumerate(zip(profiles, sd[:2], strict=True)):
         way = 1.0 if side == 0 else -1.0
         t_px = p.t_px - q[1 + side]
         blur_px = averaged_blur_px(float(q[0]))
         # A lamp square to the camera lights a limb as x, which is positive all over a profile.
-        shapes = light_shapes(rho_px, blur_px, np.array([way * q[3], ASIDE_RAD]), limb_loss(black))
+        shapes = light_shapes(rho_px, blur_px, np.array([way * q[3], ASIDE_RAD]), loss)
         around, lit, aside = (np.interp(t_px, TEMPLATE_GRID_PX, shape) for shape in shapes)
         rows = slice(first, first + t_px.size)
         target[rows] -= black * around / s
@@ -140,5 +150,42 @@ def _residuals(
     skies[:, 1:COMMON] = [[0.5 / UNEVEN_SD, -0.5 / UNEVEN_SD], [1.0, 1.0]]
     design = np.vstack([design, ramp_prior(OWN, common=COMMON), skies])
     target = np.concatenate([target, np.zeros(2 * RAMPS + 2)])
+    if bright:
+        moved = np.vstack([shifted(p) / s[:, None] for p, s in zip(profiles, sd[:2], strict=True)])
+        design, target = _joined(design, target, moved, sd[2:], rho_px, loss, beside, bright, q)
     light, _ = nnls(design, target, maxiter=MOST_STEPS)
     return np.asarray(design @ light - target)
+
+
+def _joined(
+    design: np.ndarray,
+    target: np.ndarray,
+    moved: np.ndarray,
+    sd: tuple[np.ndarray, ...],
+    rho_px: float,
+    loss: float,
+    beside: Beside,
+    bright: float,
+    q: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Design (R, C) and target (R,) with what brightness shows of the same light, each value with
+    its sd (K,), below and its own unknowns to the right; moved (K, 2): what an edge by colour that
+    lies elsewhere adds to the first rows."""
+    rows, aims = beside.prior()
+    columns = design.shape[1]
+    below, more = [np.hstack([np.zeros((len(rows), columns)), rows])], [aims]
+    blur_px = averaged_blur_px(beside.blur_px)
+    for side, s in enumerate(sd):
+        way = 1.0 if side == 0 else -1.0
+        shapes = light_shapes(rho_px, blur_px, np.array([way * q[3], ASIDE_RAD]), loss)
+        seen, light, own = beside.rows(side, q[1 + side], shapes, bright, rho_px)
+        around, lit, aside = light.T
+        block = np.zeros((s.size, columns))
+        block[:, 0] = lit
+        block[:, 1], block[:, 2] = 0.5 * (around + way * aside), 0.5 * (around - way * aside)
+        block[:, COMMON + OWN * side] = around
+        below.append(np.hstack([block, own]) / s[:, None])
+        more.append(seen / s)
+    wide = np.pad(design, ((0, 0), (0, rows.shape[1])))
+    wide[: len(moved), SHIFTS] = moved
+    return np.vstack([wide, *below]), np.concatenate([target, *more])

@@ -61,10 +61,16 @@ class Stored:
         return -float(self.weights @ self.ground) / self.contrast
 
 
+def is_halved(blur_px: float, sharp_px: float) -> bool:
+    """Whether edges by colour are so much more blurred than by brightness that colours are stored
+    at half the resolution."""
+    return blur_px**2 >= sharp_px**2 + ADDED_PX**2
+
+
 def stored_in(cuts: list[Cut], sharp_px: float, blur_px: float) -> Stored | None:
     """How the colour that some cuts show was stored, by their blur and that of their brightness;
     None where both are as sharp, or where colours are not known."""
-    if blur_px**2 < sharp_px**2 + ADDED_PX**2:
+    if not is_halved(blur_px, sharp_px):
         return None
     sight = cuts[0].sight
     pairs = [pair for cut in cuts if (pair := cut.strand_and_ground()) is not None]

@@ -1,0 +1,145 @@
+"""The same edges by brightness, beside those by colour.
+
+A hue tells strands from ground in any light, but files store it at half the resolution and blur it
+at will: where a limb's light falls off within that blur, the edge could lie anywhere in it.
+Brightness is stored in full. It may show one limb only, or none where limbs are as bright as their
+ground; but these are the same strands under the same light,
+
+    brightness(t) / ground = 1 + inside(t) (lit L(t) - 1 + m (1 - cos phi)^4),
+
+with the L(t) that the hue's contrast is made of and the edge at the same place. Where brightness
+shows the edge it tells the place, and where it does not, how bright the limb is that the hue shows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tsvision.measures.edges.cut import Cut
+from tsvision.measures.edges.find import SLOPE_SD_PX
+from tsvision.measures.edges.shading import (
+    MIRRORED,
+    MIRRORED_SD,
+    RAMP_SD,
+    RAMPS,
+    TEMPLATE_GRID_PX,
+    EdgeProfile,
+    averaged_blur_px,
+    edge_samples,
+    inside_px,
+    mean_profile,
+    mirror_shape,
+    ramps_outside,
+)
+from tsvision.measures.numeric.line import slope_of
+
+OWN = 2 + RAMPS  # unknowns of a side: the ground's error and slope, with either sign
+# Of both: these, the share of the ground's light that limbs mirror, and by how much the edge by
+# colour lies outside that by brightness, with either sign.
+UNKNOWNS = 2 * OWN + 3
+MIRROR, SHIFTS = -3, slice(-2, None)  # of them
+SHIFT_SD_PX = 0.3  # that storing a colour at half the resolution may move its edge by
+LEAST_SHIFT_SD_PX = 0.03  # of a colour that is stored in full
+DEEP = 0.5  # of how far inside edges are learnt, from which on both show the same light
+
+
+@dataclass(frozen=True)
+class Beside:
+    """profiles: mean brightness about the upper and the lower edge, less the ground's and in units
+    of it, () where it is not asked; blur_px: of the picture by its brightness; halved: whether
+    colour is stored at half the resolution."""
+
+    profiles: tuple[EdgeProfile, ...] = ()
+    blur_px: float = 0.0
+    halved: bool = True
+
+    def lit(self, colour: tuple[EdgeProfile, EdgeProfile], black: float) -> float:
+        """How bright a strand is, in units of the ground, where the light is the core's; colour:
+        the same edges by a contrast that is `black` without light."""
+        bright, light = [], []
+        for mine, other in zip(self.profiles, colour, strict=True):
+            deep = mine.t_px > DEEP * min(mine.t_px.max(), other.t_px.max())
+            seen = np.interp(mine.t_px[deep], other.t_px, other.value)
+            bright.append(1.0 + mine.value[deep].mean())
+            light.append((seen.mean() - black) / (1.0 - black))
+        return float(max(np.mean(bright) / max(np.mean(light), 1e-3), 1e-3))
+
+    def rows(
+        self, side: int, place_px: float, shapes: np.ndarray, lit: float, rho_px: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of the profile of one side (K,), its edge there: what is to be explained (K,), by light
+        of some shapes (S, T) on the template's grid (K, S), and by what it has of its own
+        (K, UNKNOWNS)."""
+        profile = self.profiles[side]
+        t_px = profile.t_px - place_px
+        seen = np.stack([np.interp(t_px, TEMPLATE_GRID_PX, shape) for shape in shapes], axis=1)
+        own = np.zeros((t_px.size, UNKNOWNS))
+        one = np.ones_like(t_px)
+        own[:, side * OWN : (side + 1) * OWN] = np.stack([one, -one, *ramps_outside(t_px)], axis=1)
+        mirror = mirror_shape(rho_px, averaged_blur_px(self.blur_px))
+        own[:, MIRROR] = np.interp(t_px, TEMPLATE_GRID_PX, mirror)
+        return profile.value + seen[:, 0], lit * seen, own
+
+    def prior(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows (R, UNKNOWNS) and their target (R,): slopes and shifts are small, and so much may be
+        mirrored."""
+        sds = np.full(UNKNOWNS, np.inf)
+        for side in range(2):
+            sds[OWN * (side + 1) - RAMPS : OWN * (side + 1)] = RAMP_SD
+        sds[MIRROR] = MIRRORED_SD
+        sds[SHIFTS] = SHIFT_SD_PX if self.halved else LEAST_SHIFT_SD_PX
+        rows = np.diag(1.0 / sds)[np.isfinite(sds)]
+        target = np.zeros(len(rows))
+        target[MIRROR] = MIRRORED / MIRRORED_SD
+        return rows, target
+
+
+NONE = Beside()
+
+
+def shifted(colour: EdgeProfile) -> np.ndarray:
+    """What moving an edge by colour a px outwards adds to its profile (K,), with either sign
+    (K, 2)."""
+    steepness = np.gradient(colour.value, colour.t_px)
+    return np.stack([steepness, -steepness], axis=1)
+
+
+@dataclass(frozen=True)
+class Bright:
+    """What shows the same frames by brightness: the cuts by the id of those by colour, alike in
+    rows and columns, and their blur; halved: whether files keep the colour at half the
+    resolution."""
+
+    cuts: dict[int, Cut]
+    blur_px: float
+    halved: bool
+
+
+def beside(
+    bright: Bright, cuts: list[Cut], rho_px: float, known: list[tuple[np.ndarray, np.ndarray]]
+) -> Beside:
+    """The mean brightness along known rows of the edges in some cuts by colour; NONE where too
+    little is seen."""
+    profiles = []
+    for side, outward in ((0, 1), (1, -1)):
+        samples = []
+        for cut, rows in zip(cuts, known, strict=True):
+            other, edge = bright.cuts.get(id(cut)), rows[side]
+            if other is None:
+                continue
+            slope = slope_of(edge, np.isfinite(edge), SLOPE_SD_PX)
+            flat = np.isfinite(edge) & (np.abs(slope) < 0.25) & ~cut.silhouette.cut
+            if flat.sum() < 10:
+                continue
+            by_ground = other.contrast[:, flat] * other.core_share
+            part = by_ground, edge[flat], slope[flat]
+            samples.append(edge_samples(*part, outward, inside_px(rho_px), unscaled=True))
+        profile = None
+        if samples:
+            profile = mean_profile(*(np.concatenate(v) for v in zip(*samples, strict=True)))
+        if profile is None:
+            return NONE
+        profiles.append(profile)
+    return Beside((profiles[0], profiles[1]), bright.blur_px, bright.halved)
