@@ -72,6 +72,27 @@ def test_a_hue_that_spreads_over_dark_ground_does_not_make_strings_thin(tmp_path
     assert (np.abs(error_px) < 1.96 * sd_px).all()
 
 
+@pytest.mark.parametrize(("rgb", "most_px"), [((0.08, 0.30, 0.10), 0.5), ((0.05, 0.12, 0.45), 0.6)])
+def test_brightness_tells_where_a_hue_ends_on_a_lit_ground(
+    tmp_path: Path, rgb: tuple[float, float, float], most_px: float
+) -> None:
+    """Green and blue strings on blotched grey in a coarse JPEG, told by their hue: 0.5 to 0.7 px of
+    28 thick and 0.5 to 0.8 thin by that alone, 0.1 to 0.4 now."""
+    changes: dict[str, object] = {
+        "look.strand_rgb": (rgb,),
+        "look.ground_rgb": (0.25, 0.25, 0.25),
+        "look.ground_texture": 0.4,
+        "camera.view": "closeup",
+        "camera.px_per_mm": 60.0,
+        "sensor.quality": 70,
+    }
+    measurer, error_px, sd_px = measured(tmp_path / "film", film_of(2, "front_lit", changes))
+    assert measurer.looks is not None
+    assert measurer.looks.sight.signal.way is Way.HUE
+    assert np.abs(error_px).max() < most_px
+    assert (np.abs(error_px) < 1.96 * sd_px).all()
+
+
 def test_grey_strands_beside_red_ones_on_a_grey_ground(tmp_path: Path) -> None:
     """Across the ground's colour the grey ones hardly show, in blocks of 16 px: four strands of 8
     px came out 1.6 px thin. By how far they are from the ground in all, brightness too, 0.7 px."""
