@@ -17,6 +17,8 @@ LEAST_RISE = 0.3  # of the core's contrast, from the ground to within a strand
 FOUND_BACK_PX = 1.5  # from how far off a match comes to the edge, ...
 SEARCHED_PX = 2.5  # ... and how far it may go
 SLOPE_SD_PX = 1.5  # over which the slope of a rough edge is told
+FLAT = 0.25  # slope from which on an edge is smeared across columns
+FEWEST_COLUMNS = 10  # of an edge, that a cut teaches by
 # Of the typical depth: what matches with less is a fibre. Told of fainter ones is up to 0.15 more
 # than there is, for their step is held near the template's; but columns of a dark limb that hardly
 # anything of the lamp reaches show no more than 0.4, and without them coils look full of knots.
@@ -36,6 +38,14 @@ def lit_edges(cut: Cut) -> tuple[np.ndarray, np.ndarray]:
     upper = _fallen(cut.contrast, seen.high + cut.half_px, 1, level)
     lower = _fallen(cut.contrast, seen.low + cut.half_px, -1, level)
     return upper, lower
+
+
+def along_axis(cut: Cut, edge_row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Slope (M,) of an edge, and the columns (M,) where it runs nearly along the axis and no fibre
+    was cut off: these show what it looks like."""
+    known = np.isfinite(edge_row)
+    slope = slope_of(edge_row, known, SLOPE_SD_PX)
+    return slope, known & (np.abs(slope) < FLAT) & ~cut.silhouette.cut
 
 
 @numba.njit(cache=True)

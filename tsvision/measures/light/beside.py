@@ -18,11 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tsvision.measures.edges.cut import Cut
-from tsvision.measures.edges.find import SLOPE_SD_PX
+from tsvision.measures.edges.find import FEWEST_COLUMNS, along_axis
 from tsvision.measures.edges.shading import (
     MIRRORED,
     MIRRORED_SD,
-    RAMP_SD,
     RAMPS,
     TEMPLATE_GRID_PX,
     EdgeProfile,
@@ -31,9 +30,9 @@ from tsvision.measures.edges.shading import (
     inside_px,
     mean_profile,
     mirror_shape,
+    ramp_prior,
     ramps_outside,
 )
-from tsvision.measures.numeric.line import slope_of
 
 OWN = 2 + RAMPS  # unknowns of a side: the ground's error and slope, with either sign
 # Of both: these, the share of the ground's light that limbs mirror, and by how much the edge by
@@ -85,12 +84,9 @@ class Beside:
     def prior(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows (R, UNKNOWNS) and their target (R,): slopes and shifts are small, and so much may be
         mirrored."""
-        sds = np.full(UNKNOWNS, np.inf)
-        for side in range(2):
-            sds[OWN * (side + 1) - RAMPS : OWN * (side + 1)] = RAMP_SD
-        sds[MIRROR] = MIRRORED_SD
-        sds[SHIFTS] = SHIFT_SD_PX if self.halved else LEAST_SHIFT_SD_PX
-        rows = np.diag(1.0 / sds)[np.isfinite(sds)]
+        rows = np.pad(ramp_prior(OWN), (0, UNKNOWNS - 2 * OWN))
+        shift = 1.0 / (SHIFT_SD_PX if self.halved else LEAST_SHIFT_SD_PX)
+        rows[MIRROR:, MIRROR:] = np.diag([1.0 / MIRRORED_SD, shift, shift])
         target = np.zeros(len(rows))
         target[MIRROR] = MIRRORED / MIRRORED_SD
         return rows, target
@@ -129,9 +125,8 @@ def beside(
             other, edge = bright.cuts.get(id(cut)), rows[side]
             if other is None:
                 continue
-            slope = slope_of(edge, np.isfinite(edge), SLOPE_SD_PX)
-            flat = np.isfinite(edge) & (np.abs(slope) < 0.25) & ~cut.silhouette.cut
-            if flat.sum() < 10:
+            slope, flat = along_axis(cut, edge)
+            if flat.sum() < FEWEST_COLUMNS:
                 continue
             by_ground = other.contrast[:, flat] * other.core_share
             part = by_ground, edge[flat], slope[flat]

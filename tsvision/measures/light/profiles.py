@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from tsvision.measures.edges.cut import Cut
-from tsvision.measures.edges.find import SLOPE_SD_PX, rough_edges
+from tsvision.measures.edges.find import FEWEST_COLUMNS, along_axis, rough_edges
 from tsvision.measures.edges.shading import (
     EdgeProfile,
     Shading,
@@ -16,7 +16,6 @@ from tsvision.measures.edges.shading import (
     mean_profile,
 )
 from tsvision.measures.light.shading_fit import fit_shading
-from tsvision.measures.numeric.line import slope_of
 
 
 def edge_profiles(
@@ -34,12 +33,11 @@ def edge_profiles(
         samples, some_sunk = [], False
         for i, cut in enumerate(cuts):
             edge = rough_edges(cut)[side] if known is None else known[i][side]
-            slope = slope_of(edge, np.isfinite(edge), SLOPE_SD_PX)
-            flat = np.isfinite(edge) & (np.abs(slope) < 0.25) & ~cut.silhouette.cut
+            slope, flat = along_axis(cut, edge)
             dim = np.isfinite(cut.dim[side])
             sunk = cut.sunk == outward
             flat &= dim if sunk else ~dim
-            if flat.sum() < 10:
+            if flat.sum() < FEWEST_COLUMNS:
                 continue
             part = cut.contrast[:, flat], edge[flat], slope[flat]
             samples.append(edge_samples(*part, outward, inside_px(rho_px), sunk))
