@@ -19,6 +19,7 @@ from tsvision.measures.edges.shading import plain_shading
 from tsvision.measures.helix.bundle import BundleFit
 from tsvision.measures.helix.uncertainty import light_sd_px
 from tsvision.measures.light.learnt import (
+    _is_seen,
     _joined,
     _shows_better,
     _tells_more,
@@ -256,3 +257,16 @@ def test_brightness_that_shows_no_limbs_or_nothing_says_nothing() -> None:
     assert _joined(colour, look_of(0.05, diameter_px=19.0, frames=1)) == colour  # of six
     alone = having(colour, frames=1)
     assert _joined(alone, look_of(0.05, diameter_px=19.0, frames=1)) != alone
+
+
+def test_brightness_has_to_show_strings() -> None:
+    """Green strings before grey of the same brightness, close up: a helix fits 7 of 100 edges of
+    nothing, in seven frames, 229 px wide where 78 are; what it took for the picture's blur moved
+    the edges by 0.6 px."""
+    colour = look_of(0.35)
+    assert _is_seen(look_of(0.05), colour)
+    assert _is_seen(look_of(0.05, diameter_px=75.0, frames=1, matched=0.59), colour)
+    # Red, 16.7 px by colour and 14.4 by brightness (`wild 1134`), whose blur it tells.
+    assert _is_seen(look_of(0.05, diameter_px=17.2, matched=0.17), colour)
+    assert not _is_seen(look_of(0.05, diameter_px=58.0, frames=7, matched=0.07), colour)
+    assert not _is_seen(look_of(0.05, frames=0), colour)

@@ -47,6 +47,9 @@ MOST_PX = 3.0  # of a width, that storing a colour at half the resolution may mo
 SHOWN = 75.0  # per cent of the frames whose cores show less: most may be of hardly a turn
 FEWEST = 2  # frames that tell
 LEAST_COST_PX2 = 1e-3  # of edges that fit: less is noise
+# Share of the columns whose edges were found, and times as wide as by colour: what shows fewer and
+# is wider or narrower is no bundle.
+LEAST_MATCHED, ALIKE = 0.2, 1.3
 MISSED_PX = 1.0  # as much off as this counts an edge that was not found, or in no frame's fit
 
 Pairs = list[tuple[np.ndarray, Cut]]
@@ -137,11 +140,10 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     if not learnt.sight.signal.in_colour:
         return learnt
     other = _learnt_by(LUMA, learnt, section, half_px)
-    if other is None:
+    if other is None or not _is_seen(other.edge, learnt.edge):
         return learnt
     bright = other.edge.shading[0]
-    hue = learnt.sight.signal.way is Way.HUE and other.edge.last.frames
-    if hue and bright.rho_px > RESOLVED * bright.blur_px:
+    if learnt.sight.signal.way is Way.HUE and bright.rho_px > RESOLVED * bright.blur_px:
         learnt = _as_bright(learnt, other, section)
         return other if _tells_more(other.edge, learnt.edge) else learnt
     learnt = _as_stored(learnt, other.edge, section)
@@ -179,7 +181,7 @@ def _as_stored(learnt: Learnt, bright: EdgeLook, section: Section) -> Learnt:
     known. What is sought in every column stays as blurred as the file shows it: anything sharper
     follows the blocks."""
     edge = learnt.edge
-    if learnt.sight.signal.way is not Way.HUE or not bright.last.frames:
+    if learnt.sight.signal.way is not Way.HUE:
         return learnt
     stored = stored_in(learnt.cuts, bright.shading[0].blur_px, edge.shading[0].blur_px)
     if stored is None:
@@ -260,6 +262,13 @@ def _shows_better(whole: EdgeLook, across: EdgeLook) -> bool:
     alike_px = max(UNSURE * sd_px, FADED_RHO * whole.shading[0].rho_px)
     thicker_px = whole.diameter_px - across.diameter_px
     return better and light_sd_px(whole.shading) < sd_px and thicker_px < alike_px
+
+
+def _is_seen(bright: EdgeLook, colour: EdgeLook) -> bool:
+    """Whether brightness shows strings at all: before a ground as bright as they are a helix of any
+    width fits some few edges of anything."""
+    alike = 1.0 / ALIKE < bright.diameter_px / colour.diameter_px < ALIKE
+    return bright.last.frames > 0 and (alike or bright.last.matched > LEAST_MATCHED)
 
 
 def _is_whole(bright: EdgeLook, colour: EdgeLook) -> bool:
