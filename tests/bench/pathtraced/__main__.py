@@ -9,6 +9,9 @@ from pathlib import Path
 from .catalogue import SPECS, vary
 from .recording import Spec
 from .scene import SURFACES
+from .wild import COLOURS
+
+HUES = tuple(name for name, rgb in COLOURS.items() if max(rgb) > 2.0 * min(rgb))
 
 
 def main() -> None:
@@ -24,6 +27,9 @@ def main() -> None:
                         help="render recordings in which everything is drawn at once")  # fmt: skip
     parser.add_argument("--surface", choices=SURFACES, default=SURFACES[0],
                         help="of the strings (default: %(default)s)")  # fmt: skip
+    parser.add_argument("--hue", choices=HUES,
+                        help="of all strings, before a ground of equal luma")  # fmt: skip
+    parser.add_argument("--jpeg", type=int, metavar="Q", help="coded at this quality")
     parser.add_argument("--gamma", type=float, metavar="G",
                         help="lossless files of light to the power 1 / G, 1: linear")  # fmt: skip
     parser.add_argument("--out", type=Path, default=Path("pathtraced"))
@@ -35,13 +41,14 @@ def main() -> None:
         from .recording import write
 
         spec = of_surface(chosen(name, args.vary, parser), args.surface)
-        spec = of_gamma(spec, args.gamma)
+        spec = of_jpeg(of_hue(of_gamma(spec, args.gamma), args.hue), args.jpeg)
         print(write(spec, args.out, not args.tables_only))
     for number in args.wild:
         from .recording import write
         from .wild import wild
 
         spec = of_gamma(of_surface(wild(number), args.surface), args.gamma)
+        spec = of_jpeg(of_hue(spec, args.hue), args.jpeg)
         print(write(spec, args.out, not args.tables_only))
     for name in SPECS if args.verify == ["all"] else args.verify:
         from .verify import verify
@@ -65,6 +72,22 @@ def of_surface(spec: Spec, surface: str) -> Spec:
         return spec
     look = replace(spec.look, surface=surface)
     return replace(spec, name=f"{spec.name}_{surface}", look=look)
+
+
+def of_hue(spec: Spec, hue: str | None) -> Spec:
+    """The same recording of strings of one hue before a ground that is as bright."""
+    if hue is None:
+        return spec
+    look = replace(spec.look, strings=(COLOURS[hue],))
+    film = replace(spec.film, mono=False)
+    return replace(spec, name=f"{spec.name}_{hue}", look=look, film=film, equal_luma=True)
+
+
+def of_jpeg(spec: Spec, quality: int | None) -> Spec:
+    if quality is None:
+        return spec
+    film = replace(spec.film, jpeg_quality=quality)
+    return replace(spec, name=f"{spec.name}_q{quality}", film=film)
 
 
 def of_gamma(spec: Spec, gamma: float | None) -> Spec:

@@ -11,7 +11,7 @@ import pytest
 
 from tests.bench.pictures48_draw import cases, draw
 from tsvision.measures.edges.shading import plain_shading
-from tsvision.measures.helix.uncertainty import light_sd_px
+from tsvision.measures.helix.uncertainty import light_sd_px, place_sd_px
 from tsvision.measures.helix.windows import learning_windows, near_window
 from tsvision.measures.light import settle
 from tsvision.measures.light.blur import with_blur
@@ -110,6 +110,25 @@ def test_a_width_is_as_unsure_as_rounds_lie_apart(monkeypatch: pytest.MonkeyPatc
     look = sent(monkeypatch, Stuck(2.0, 0.1, 0.8))
     assert look.diameter_px == pytest.approx(20.0)
     assert 0.8 < light_sd_px(look.shading) < 1.6
+
+
+def test_of_two_looks_that_take_turns_the_surer_one_says_where(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Cream strings of 73 px: rounds of 74.5 px, as blurred as the film is, lead to such of 70.3,
+    twice as blurred and seven times as unsure, and back; of seven rounds four were these
+    (`wild 1196`)."""
+    surer, other = (replace(plain_shading(5.0), place_sd_px=place_sd_px(sd)) for sd in (0.33, 2.3))
+    rounds = [
+        EdgeLook((shade, shade), px + moved, last=Round((moved, 0.0)))
+        for shade, px, moved in [(other, 70.3, 4.0), (surer, 74.5, -4.0)] * 3 + [(other, 70.3, 4.0)]
+    ]
+    monkeypatch.setattr(settle, "widths_px", lambda *_: {0: 74.3, 1: 74.3})
+    cuts = [SimpleNamespace(in_colour=False)]
+    look = _sent(cuts, None, rounds[0], rounds)  # type: ignore[arg-type]
+    assert look.diameter_px - look.shading[0].beyond_px == pytest.approx(74.3)
+    assert look.diameter_px > 74.0
+    assert light_sd_px(look.shading) > 2.0
 
 
 def test_edges_are_not_sent_to_what_bundles_grow_by(

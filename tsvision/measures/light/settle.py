@@ -11,7 +11,7 @@ from tsvision.measures.edges.cut import Cut
 from tsvision.measures.edges.shading import Shading
 from tsvision.measures.helix.silhouette import Section
 from tsvision.measures.helix.uncertainty import light_sd_px, place_sd_px
-from tsvision.measures.light.rounds import EdgeLook, less_sure, next_look, widths_px
+from tsvision.measures.light.rounds import SUREST_PX, EdgeLook, less_sure, next_look, widths_px
 
 ROUNDS = (2, 8, 14)  # at least, at most, and at most while each moves the edges less, ...
 SETTLED_PX = 0.1  # ... until their places move by no more
@@ -81,17 +81,19 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
 
     Along a limb that sends little light columns match the border of what is lit as often as the
     limb, by which template it is one or the other, and rounds go to and fro by pixels. What each
-    says of the true width, from the mean edge along whatever was found, differs far less. Under a
-    template that is held the edges do go where they are sent, in those frames that the rounds speak
-    of: six strings are a sixth thicker after ten turns. What is told by its hue stays where it is:
-    that fades at a limb for other reasons than light does.
+    says of the true width, from the mean edge along whatever was found, differs far less, and
+    counts by how sure light is of it: of two looks that take turns half the rounds are one's. Under
+    a template that is held the edges do go where they are sent, in those frames that the rounds
+    speak of: six strings are a sixth thicker after ten turns. What is told by its hue stays where
+    it is: that fades at a limb for other reasons than light does.
     """
     if any(cut.in_colour for cut in cuts):
         return look
     said_px = np.array([r.settled_px for r in rounds])
-    width_px = float(np.median(said_px))
-    spread_px = 1.4826 * float(np.median(np.abs(said_px - width_px)))
-    light_px = float(np.median([light_sd_px(r.shading) for r in rounds]))
+    sds_px = np.maximum([light_sd_px(r.shading) for r in rounds], SUREST_PX)
+    width_px = _middle(said_px, 1.0 / sds_px**2)
+    spread_px = 1.4826 * _middle(np.abs(said_px - width_px), 1.0 / sds_px**2)
+    light_px = float(np.median(sds_px))
     look = replace(look, shading=_as_sure(look.shading, float(np.hypot(spread_px, light_px))))
     shown = frozenset[int]().union(*(r.last.shown for r in rounds))
     side = int(np.argmin(look.trust))
@@ -115,6 +117,11 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
         shading = (moved, look.shading[1]) if side == 0 else (look.shading[0], moved)
         look = replace(look, shading=shading, diameter_px=width_px)
     return less_sure(look, place_sd_px(float(np.hypot(off_px, look.apart_px))))
+
+
+def _middle(values: np.ndarray, weights: np.ndarray) -> float:
+    """The weighted median of some values (K,)."""
+    return float(np.quantile(values, 0.5, weights=weights, method="inverted_cdf"))
 
 
 def _grown_px(each_px: dict[int, float], shown: frozenset[int]) -> np.ndarray:
