@@ -41,18 +41,26 @@ UNKNOWNS = 2 * OWN + 3
 MIRROR, SHIFTS = -3, slice(-2, None)  # of them
 SHIFT_SD_PX = 0.3  # that storing a colour at half the resolution may move its edge by
 LEAST_SHIFT_SD_PX = 0.03  # of a colour that is stored in full
+SHARP_PX = (0.4, 1.6)  # the blur, at least and at most, of a picture whose brightness shows none
 DEEP = 0.5  # of how far inside edges are learnt, from which on both show the same light
 
 
 @dataclass(frozen=True)
 class Beside:
     """profiles: mean brightness about the upper and the lower edge, less the ground's and in units
-    of it, () where it is not asked; blur_px: of the picture by its brightness; halved: whether
-    colour is stored at half the resolution."""
+    of it, () where it is not asked; blur_px: of the picture by its brightness, None where that is
+    to be told as well; halved: whether colour is stored at half the resolution."""
 
     profiles: tuple[EdgeProfile, ...] = ()
-    blur_px: float = 0.0
+    blur_px: float | None = 0.0
     halved: bool = True
+
+    @property
+    def averaged_blur_px(self) -> float:
+        """The blur of a mean profile."""
+        if self.blur_px is None:
+            raise ValueError("how sharp the picture is has to be told first, within SHARP_PX")
+        return averaged_blur_px(self.blur_px)
 
     def lit(self, colour: tuple[EdgeProfile, EdgeProfile], black: float) -> float:
         """How bright a strand is, in units of the ground, where the light is the core's; colour:
@@ -77,7 +85,7 @@ class Beside:
         own = np.zeros((t_px.size, UNKNOWNS))
         one = np.ones_like(t_px)
         own[:, side * OWN : (side + 1) * OWN] = np.stack([one, -one, *ramps_outside(t_px)], axis=1)
-        mirror = mirror_shape(rho_px, averaged_blur_px(self.blur_px))
+        mirror = mirror_shape(rho_px, self.averaged_blur_px)
         own[:, MIRROR] = np.interp(t_px, TEMPLATE_GRID_PX, mirror)
         return profile.value + seen[:, 0], lit * seen, own
 
@@ -105,11 +113,11 @@ def shifted(colour: EdgeProfile) -> np.ndarray:
 @dataclass(frozen=True)
 class Bright:
     """What shows the same frames by brightness: the cuts by the id of those by colour, alike in
-    rows and columns, and their blur; halved: whether files keep the colour at half the
-    resolution."""
+    rows and columns, and their blur, None where it is not known; halved: whether files keep the
+    colour at half the resolution."""
 
     cuts: dict[int, Cut]
-    blur_px: float
+    blur_px: float | None
     halved: bool
 
 

@@ -22,7 +22,7 @@ from tsvision.measures.edges.shading import plain_shading
 from tsvision.measures.edges.tones import faint_tone
 from tsvision.measures.helix.silhouette import Section
 from tsvision.measures.helix.uncertainty import light_sd_px, place_sd_px
-from tsvision.measures.light.beside import Bright
+from tsvision.measures.light.beside import SHARP_PX, Bright
 from tsvision.measures.light.profiles import learn_shading
 from tsvision.measures.light.rounds import EdgeLook, Round, less_sure, next_look
 from tsvision.measures.light.settle import settle
@@ -140,11 +140,14 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     if not learnt.sight.signal.in_colour:
         return learnt
     other = _learnt_by(LUMA, learnt, section, half_px)
-    if other is None or not _is_seen(other.edge, learnt.edge):
+    if other is None:
         return learnt
-    bright = other.edge.shading[0]
-    if learnt.sight.signal.way is Way.HUE and bright.rho_px > RESOLVED * bright.blur_px:
-        learnt = _as_bright(learnt, other, section)
+    hue, bright = learnt.sight.signal.way is Way.HUE, other.edge.shading[0]
+    if not _is_seen(other.edge, learnt.edge):
+        thick = learnt.edge.shading[0].rho_px > RESOLVED * SHARP_PX[-1]
+        return _as_bright(learnt, other, section, None) if hue and thick else learnt
+    if hue and bright.rho_px > RESOLVED * bright.blur_px:
+        learnt = _as_bright(learnt, other, section, bright.blur_px)
         return other if _tells_more(other.edge, learnt.edge) else learnt
     learnt = _as_stored(learnt, other.edge, section)
     if _tells_more(other.edge, learnt.edge):
@@ -152,21 +155,27 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     return replace(learnt, edge=_joined(learnt.edge, other.edge))
 
 
-def _as_bright(learnt: Learnt, other: Learnt, section: Section) -> Learnt:
+def _as_bright(learnt: Learnt, other: Learnt, section: Section, sharp_px: float | None) -> Learnt:
     """The same with its edges moved by what brightness as well tells of them: of strands so thick
-    that their limbs' light is seen apart from the blur."""
-    edge, sharp_px = learnt.edge, other.edge.shading[0].blur_px
-    bright = Bright(
-        _pairs(learnt, other), sharp_px, halved=is_halved(edge.shading[0].blur_px, sharp_px)
-    )
+    that their limbs' light is seen apart from the blur. sharp_px: the picture's blur by its
+    brightness, None where that shows no bundle: along the hue's edges its limbs may show still."""
+    edge = learnt.edge
+    halved = is_halved(edge.shading[0].blur_px, sharp_px or SHARP_PX[0])
+    bright = Bright(_pairs(learnt, other), sharp_px, halved)
     # Rounds need not have settled: one more of each kind, from the same edges on.
     plain = next_look(learnt.cuts, section, edge)
     both = next_look(learnt.cuts, section, replace(edge, bright=bright))
     wider_px = both.settled_px - plain.settled_px
     if abs(wider_px) > MOST_PX:
+        if sharp_px is None:
+            return replace(learnt, edge=less_sure(edge, place_sd_px(MOST_PX)))
         return replace(learnt, edge=_joined(edge, other.edge))
     own, alone, told = (light_sd_px(look.shading) for look in (edge, plain, both))
-    sd_px = float(np.sqrt(max(own**2 - alone**2, 0.0) + told**2 + (0.5 * wider_px) ** 2))
+    # Limbs that stand out from their ground by little, alone, may be gloss: half is believed then.
+    unsure_px = wider_px if sharp_px is None else 0.5 * wider_px
+    sd_px = float(np.sqrt(max(own**2 - alone**2, 0.0) + told**2 + unsure_px**2))
+    if sharp_px is None:
+        wider_px *= 0.5
     upper, lower = (
         replace(s, beyond_px=s.beyond_px + 0.5 * wider_px, place_sd_px=place_sd_px(sd_px))
         for s in edge.shading

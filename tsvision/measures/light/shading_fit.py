@@ -15,11 +15,11 @@ the profiles.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
-from scipy.optimize import OptimizeResult, least_squares, nnls
+from scipy.optimize import OptimizeResult, least_squares, minimize_scalar, nnls
 
 from tsvision.measures.edges.shading import (
     BLUR_RANGE_PX,
@@ -39,7 +39,7 @@ from tsvision.measures.edges.shading import (
     ramp_prior,
     ramps_outside,
 )
-from tsvision.measures.light.beside import NONE, SHIFTS, Beside, shifted
+from tsvision.measures.light.beside import NONE, SHARP_PX, SHIFTS, Beside, shifted
 from tsvision.measures.light.beside import UNKNOWNS as UNKNOWNS_BESIDE
 from tsvision.measures.light.shading_lamp import MOST_STEPS, RESOLVED, fit_lamp
 from tsvision.measures.light.shape import UNKNOWN, Shape
@@ -62,6 +62,7 @@ FAR_OUT = 0.7  # of the places there may be: where edges are sought as well
 WIDTH_PX = 0.02  # by which a width may be off
 LAMP_ODDS = 4.0  # that one lamp and a sky light the strings, before the profiles are seen
 LAMP_POWER = 0.5  # of the two misfits' ratio: the better description counts a little more
+SHARP_TO = 0.03  # of itself, that the blur of what is beside is told to
 GROUND_LIGHT = 0.02  # of the core's contrast: a ground no brighter is as good as black
 
 
@@ -133,7 +134,23 @@ def _fit_light(
     grooved: bool,
     beside: Beside,
 ) -> _Light:
-    """Spread light and one lamp together, for strands that show the contrast `black` without."""
+    """Spread light and one lamp together, for strands that show the contrast `black` without, under
+    the blur of what is beside that describes both best where it is not known."""
+    if beside.profiles and beside.blur_px is None:
+        known = rho_px, blur_start_px, shape, grooved
+
+        def told(log_px: float) -> _Light:
+            sharp = replace(beside, blur_px=float(np.exp(log_px)))
+            return _fit_light(profiles, black, *known, sharp)
+
+        def misfit(log_px: float) -> float:
+            light = told(log_px)
+            return float(np.log(light.system.misfit(light.q)))
+
+        best = minimize_scalar(
+            misfit, bounds=np.log(SHARP_PX), method="bounded", options={"xatol": SHARP_TO}
+        )
+        return told(best.x)
     system = _System(profiles, rho_px, black, rho_px > RESOLVED * blur_start_px, beside)
     blur = float(np.clip(blur_start_px, 0.4, 5.5))
     # Where a lamp's light ends short of a limb that sends none, what is seen is the terminator:
@@ -293,7 +310,7 @@ class _System:
             blocks.append(block)
         bright = []
         for i, sd in enumerate(self.sd[2:]):  # of what is beside, where anything is
-            sharp = lamp_shapes(self.rho_px, averaged_blur_px(self.beside.blur_px), self.loss)
+            sharp = lamp_shapes(self.rho_px, self.beside.averaged_blur_px, self.loss)
             known, lit, own = self.beside.rows(i, q[1 + i], sharp, self.lit, self.rho_px)
             block = np.zeros((sd.size, self.prior.shape[1]))
             first = i * self.unknowns
