@@ -172,10 +172,9 @@ def _as_bright(learnt: Learnt, other: Learnt, section: Section, sharp_px: float 
         return replace(learnt, edge=_joined(edge, other.edge))
     own, alone, told = (light_sd_px(look.shading) for look in (edge, plain, both))
     # Limbs that stand out from their ground by little, alone, may be gloss: half is believed then.
-    unsure_px = wider_px if sharp_px is None else 0.5 * wider_px
-    sd_px = float(np.sqrt(max(own**2 - alone**2, 0.0) + told**2 + unsure_px**2))
-    if sharp_px is None:
-        wider_px *= 0.5
+    believed, unsure = (0.5, 1.0) if sharp_px is None else (1.0, 0.5)
+    sd_px = float(np.sqrt(max(own**2 - alone**2, 0.0) + told**2 + (unsure * wider_px) ** 2))
+    wider_px *= believed
     upper, lower = (
         replace(s, beyond_px=s.beyond_px + 0.5 * wider_px, place_sd_px=place_sd_px(sd_px))
         for s in edge.shading

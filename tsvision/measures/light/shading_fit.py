@@ -16,6 +16,7 @@ the profiles.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -136,9 +137,10 @@ def _fit_light(
 ) -> _Light:
     """Spread light and one lamp together, for strands that show the contrast `black` without, under
     the blur of what is beside that describes both best where it is not known."""
-    if beside.profiles and beside.blur_px is None:
+    if beside.profiles and beside.blur_px is None and black < 1.0:
         known = rho_px, blur_start_px, shape, grooved
 
+        @cache
         def told(log_px: float) -> _Light:
             sharp = replace(beside, blur_px=float(np.exp(log_px)))
             return _fit_light(profiles, black, *known, sharp)
