@@ -34,9 +34,9 @@ from tsvision.measures.light.learnt import (
     cut_alike,
     cut_all,
     learn_edges,
-    surest,
     toned,
 )
+from tsvision.measures.light.surest import surest
 from tsvision.measures.light.witness import heard
 from tsvision.records import Rig, Scale
 

@@ -63,8 +63,6 @@ def test_brightness_tells_how_sharp_the_picture_is(light: tuple[float, float, fl
     colour = both_sides(light, SOFT_PX, OUT_PX + SPREAD_PX)
     upper, lower = (seen(RHO_PX, side, AT_PX) for side in colour)
     bright = [seen(RHO_PX, side, AT_PX) for side in brightness(light, 0.5, 0.0)]
-    unknown = Beside((bright[0], bright[1]), None)
+    unknown = Beside((bright[0], bright[1]), sought=True)
     *_, places = fit_shading((upper, lower), RHO_PX, blur_start_px=SOFT_PX, beside=unknown)
     assert -float(places.sum()) == pytest.approx(2.0 * OUT_PX, abs=0.25)
-    with pytest.raises(ValueError, match="SHARP_PX"):
-        _ = unknown.averaged_blur_px

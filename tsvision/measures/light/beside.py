@@ -17,8 +17,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tsvision.measures.edges.cut import Cut
-from tsvision.measures.edges.find import FEWEST_COLUMNS, along_axis
 from tsvision.measures.edges.shading import (
     MIRRORED,
     MIRRORED_SD,
@@ -26,9 +24,6 @@ from tsvision.measures.edges.shading import (
     TEMPLATE_GRID_PX,
     EdgeProfile,
     averaged_blur_px,
-    edge_samples,
-    inside_px,
-    mean_profile,
     mirror_shape,
     ramp_prior,
     ramps_outside,
@@ -41,26 +36,21 @@ UNKNOWNS = 2 * OWN + 3
 MIRROR, SHIFTS = -3, slice(-2, None)  # of them
 SHIFT_SD_PX = 0.3  # that storing a colour at half the resolution may move its edge by
 LEAST_SHIFT_SD_PX = 0.03  # of a colour that is stored in full
-SHARP_PX = (0.4, 1.6)  # the blur, at least and at most, of a picture whose brightness shows none
+SHARP_PX = (0.4, 1.6)  # the blur, at least and at most, of a picture whose brightness tells none
 DEEP = 0.5  # of how far inside edges are learnt, from which on both show the same light
 
 
 @dataclass(frozen=True)
 class Beside:
     """profiles: mean brightness about the upper and the lower edge, less the ground's and in units
-    of it, () where it is not asked; blur_px: of the picture by its brightness, None where that is
-    to be told as well; halved: whether colour is stored at half the resolution."""
+    of it, () where it is not asked; blur_px: of the picture by its brightness; sought: whether that
+    is a guess, and to be told along, within SHARP_PX; halved: whether colour is stored at half the
+    resolution."""
 
     profiles: tuple[EdgeProfile, ...] = ()
-    blur_px: float | None = 0.0
+    blur_px: float = SHARP_PX[0]
+    sought: bool = False
     halved: bool = True
-
-    @property
-    def averaged_blur_px(self) -> float:
-        """The blur of a mean profile."""
-        if self.blur_px is None:
-            raise ValueError("how sharp the picture is has to be told first, within SHARP_PX")
-        return averaged_blur_px(self.blur_px)
 
     def lit(self, colour: tuple[EdgeProfile, EdgeProfile], black: float) -> float:
         """How bright a strand is, in units of the ground, where the light is the core's; colour:
@@ -85,7 +75,7 @@ class Beside:
         own = np.zeros((t_px.size, UNKNOWNS))
         one = np.ones_like(t_px)
         own[:, side * OWN : (side + 1) * OWN] = np.stack([one, -one, *ramps_outside(t_px)], axis=1)
-        mirror = mirror_shape(rho_px, self.averaged_blur_px)
+        mirror = mirror_shape(rho_px, averaged_blur_px(self.blur_px))
         own[:, MIRROR] = np.interp(t_px, TEMPLATE_GRID_PX, mirror)
         return profile.value + seen[:, 0], lit * seen, own
 
@@ -108,41 +98,3 @@ def shifted(colour: EdgeProfile) -> np.ndarray:
     (K, 2)."""
     steepness = np.gradient(colour.value, colour.t_px)
     return np.stack([steepness, -steepness], axis=1)
-
-
-@dataclass(frozen=True)
-class Bright:
-    """What shows the same frames by brightness: the cuts by the id of those by colour, alike in
-    rows and columns, and their blur, None where it is not known; halved: whether files keep the
-    colour at half the resolution."""
-
-    cuts: dict[int, Cut]
-    blur_px: float | None
-    halved: bool
-
-
-def beside(
-    bright: Bright, cuts: list[Cut], rho_px: float, known: list[tuple[np.ndarray, np.ndarray]]
-) -> Beside:
-    """The mean brightness along known rows of the edges in some cuts by colour; NONE where too
-    little is seen."""
-    profiles = []
-    for side, outward in ((0, 1), (1, -1)):
-        samples = []
-        for cut, rows in zip(cuts, known, strict=True):
-            other, edge = bright.cuts.get(id(cut)), rows[side]
-            if other is None:
-                continue
-            slope, flat = along_axis(cut, edge)
-            if flat.sum() < FEWEST_COLUMNS:
-                continue
-            by_ground = other.contrast[:, flat] * other.core_share
-            part = by_ground, edge[flat], slope[flat]
-            samples.append(edge_samples(*part, outward, inside_px(rho_px), unscaled=True))
-        profile = None
-        if samples:
-            profile = mean_profile(*(np.concatenate(v) for v in zip(*samples, strict=True)))
-        if profile is None:
-            return NONE
-        profiles.append(profile)
-    return Beside((profiles[0], profiles[1]), bright.blur_px, bright.halved)

@@ -22,7 +22,7 @@ from tsvision.measures.helix.silhouette import RHO, Y0, Section
 from tsvision.measures.helix.uncertainty import light_sd_px
 from tsvision.measures.helix.weigh import POOR
 from tsvision.measures.helix.windows import learning_windows
-from tsvision.measures.light.beside import NONE, Bright, beside
+from tsvision.measures.light.beside import NONE
 from tsvision.measures.light.blur import (
     agree_better,
     alike,
@@ -31,6 +31,7 @@ from tsvision.measures.light.blur import (
     undecided,
     with_blur,
 )
+from tsvision.measures.light.bright import BrightCuts
 from tsvision.measures.light.profiles import black_of, edge_profiles
 from tsvision.measures.light.shading_fit import fit_shading
 from tsvision.measures.light.shape import Shape, hidden_px, shape_of, trust_of
@@ -80,7 +81,7 @@ class EdgeLook:
     hidden_px: float = 0.0
     apart_px: float = 0.0
     stored: Stored | None = None
-    bright: Bright | None = None
+    bright: BrightCuts | None = None
     last: Round = Round()
 
     @property
@@ -188,7 +189,7 @@ def _taught(
             look.shading[0].blur_px,
             replace(shape, width_px=shape.width_px - float(places_px.sum())),
             grooved=fits[0].bundle.fit.section.count > 2 and not fits[0].cut.in_colour,
-            beside=NONE if look.bright is None else beside(look.bright, cuts, rho, rows),
+            beside=NONE if look.bright is None else look.bright.beside(cuts, rho, rows),
         )
         if look.stored is not None:
             upper, lower = raised(upper, added[0]), raised(lower, added[1])

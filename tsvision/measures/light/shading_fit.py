@@ -137,12 +137,12 @@ def _fit_light(
 ) -> _Light:
     """Spread light and one lamp together, for strands that show the contrast `black` without, under
     the blur of what is beside that describes both best where it is not known."""
-    if beside.profiles and beside.blur_px is None and black < 1.0:
+    if beside.profiles and beside.sought and black < 1.0:
         known = rho_px, blur_start_px, shape, grooved
 
         @cache
         def told(log_px: float) -> _Light:
-            sharp = replace(beside, blur_px=float(np.exp(log_px)))
+            sharp = replace(beside, blur_px=float(np.exp(log_px)), sought=False)
             return _fit_light(profiles, black, *known, sharp)
 
         def misfit(log_px: float) -> float:
@@ -312,7 +312,7 @@ class _System:
             blocks.append(block)
         bright = []
         for i, sd in enumerate(self.sd[2:]):  # of what is beside, where anything is
-            sharp = lamp_shapes(self.rho_px, self.beside.averaged_blur_px, self.loss)
+            sharp = lamp_shapes(self.rho_px, averaged_blur_px(self.beside.blur_px), self.loss)
             known, lit, own = self.beside.rows(i, q[1 + i], sharp, self.lit, self.rho_px)
             block = np.zeros((sd.size, self.prior.shape[1]))
             first = i * self.unknowns

@@ -174,7 +174,7 @@ def _joined(
     rows, aims = beside.prior()
     columns = design.shape[1]
     below, more = [np.hstack([np.zeros((len(rows), columns)), rows])], [aims]
-    blur_px = beside.averaged_blur_px
+    blur_px = averaged_blur_px(beside.blur_px)
     for side, s in enumerate(sd):
         way = 1.0 if side == 0 else -1.0
         shapes = light_shapes(rho_px, blur_px, np.array([way * q[3], ASIDE_RAD]), loss)

@@ -18,16 +18,15 @@ from tsvision.measures.edges.cut import cut_frame
 from tsvision.measures.edges.shading import plain_shading
 from tsvision.measures.helix.bundle import BundleFit
 from tsvision.measures.helix.uncertainty import light_sd_px
-from tsvision.measures.light.learnt import (
+from tsvision.measures.light.learnt import cut_alike, cut_all
+from tsvision.measures.light.profiles import black_of
+from tsvision.measures.light.rounds import EdgeLook, Round, less_sure
+from tsvision.measures.light.surest import (
     _is_seen,
     _joined,
     _shows_better,
     _tells_more,
-    cut_alike,
-    cut_all,
 )
-from tsvision.measures.light.profiles import black_of
-from tsvision.measures.light.rounds import EdgeLook, Round, less_sure
 
 RED, PALE_GREEN = (0.4, 0.04, 0.05), (0.36, 0.47, 0.39)
 

@@ -1,0 +1,210 @@
+"""What some pictures teach of the strings' edges, in the signal that tells most of them.
+
+A hue tells strings from ground where brightness does not, under any shadow. But files store colour
+at half the resolution, mixed beyond the edges; and it fades at a limb in ways that the light there
+does not tell. So where strings were found by their colour, their edges are looked at by brightness
+alone as well: those of dark strings before a bright ground are as sharp as the lens, whatever light
+falls on the limbs.
+Where colours across the ground's own are asked, so that light and shadow there need not count, all
+of the difference from the ground is looked at as well: strands of the ground's hue show by it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tsvision.images.sight import seen_by
+from tsvision.images.signal import DISTANCE, LUMA, Signal, Way
+from tsvision.measures.edges.cut import Cut
+from tsvision.measures.helix.silhouette import Section
+from tsvision.measures.helix.uncertainty import light_sd_px, place_sd_px
+from tsvision.measures.light.beside import SHARP_PX
+from tsvision.measures.light.bright import BrightCuts
+from tsvision.measures.light.learnt import Learnt, cut_alike, learn_edges, toned
+from tsvision.measures.light.rounds import EdgeLook, Round, less_sure, next_look
+from tsvision.measures.light.settle import settle
+from tsvision.measures.light.shading_lamp import RESOLVED
+from tsvision.measures.light.stored import is_halved, stored_in
+from tsvision.measures.light.witness import Witness, heard
+
+# Of a width by brightness that is not left to it alone, besides what light leaves open: parts of
+# coloured limbs are as bright as their ground (74 films of coloured strings).
+BRIGHT_SD_PX = 0.3
+# Of the width's uncertainty by colour, which that by brightness has to stay below; and of what
+# edges across the ground's colour are off by.
+SURER = 0.6
+# Thinner than by colour, whose blocks add less, from which on lit limbs are as bright as ground:
+# px, of a strand's radius, of which such limbs are a fair part, and of sds of the width by colour.
+FADED_PX, FADED_RHO, UNSURE = 3.0, 0.6, 2.0
+MOST_PX = 3.0  # of a width, that storing a colour at half the resolution may move its edges by
+FEWEST = 2  # frames that tell
+LEAST_COST_PX2 = 1e-3  # of edges that fit: less is noise
+# Share of the columns whose edges were found, and times as wide as by colour: what shows fewer and
+# is wider or narrower is no bundle.
+LEAST_MATCHED, ALIKE = 0.2, 1.3
+MISSED_PX = 1.0  # as much off as this counts an edge that was not found, or in no frame's fit
+
+
+def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
+    """The same, or where strings were told by their colour what all of their difference from the
+    ground teaches of them, or brightness alone, if that is more."""
+    if learnt.sight.signal.way is Way.ACROSS:
+        whole = _learnt_by(DISTANCE, learnt, section, half_px)
+        if whole is not None and _shows_better(whole.edge, learnt.edge):
+            learnt = whole
+    if not learnt.sight.signal.in_colour:
+        return learnt
+    other = _learnt_by(LUMA, learnt, section, half_px)
+    if other is None:
+        return learnt
+    hue, bright = learnt.sight.signal.way is Way.HUE, other.edge.shading[0]
+    if not _is_seen(other.edge, learnt.edge):
+        thick = learnt.edge.shading[0].rho_px > RESOLVED * SHARP_PX[-1]
+        return _as_bright(learnt, other, section, seen=False) if hue and thick else learnt
+    if hue and bright.rho_px > RESOLVED * bright.blur_px:
+        learnt = _as_bright(learnt, other, section, seen=True)
+        return other if _tells_more(other.edge, learnt.edge) else learnt
+    learnt = _as_stored(learnt, other.edge, section)
+    if _tells_more(other.edge, learnt.edge):
+        return other
+    return replace(learnt, edge=_joined(learnt.edge, other.edge))
+
+
+def _as_bright(learnt: Learnt, other: Learnt, section: Section, seen: bool) -> Learnt:
+    """The same with its edges moved by what brightness as well tells of them: of strands so thick
+    that their limbs' light is seen apart from the blur. seen: whether brightness shows the bundle,
+    and so how sharp the picture is: along the hue's edges its limbs may show even where it does
+    not."""
+    edge = learnt.edge
+    sharp_px = other.edge.shading[0].blur_px if seen else SHARP_PX[0]
+    halved = is_halved(edge.shading[0].blur_px, sharp_px)
+    bright = BrightCuts(_pairs(learnt, other), sharp_px, not seen, halved)
+    # Rounds need not have settled: one more of each kind, from the same edges on.
+    plain = next_look(learnt.cuts, section, edge)
+    both = next_look(learnt.cuts, section, replace(edge, bright=bright))
+    wider_px = both.settled_px - plain.settled_px
+    if abs(wider_px) > MOST_PX:
+        unsure = _joined(edge, other.edge) if seen else less_sure(edge, place_sd_px(MOST_PX))
+        return replace(learnt, edge=unsure)
+    own, alone, told = (light_sd_px(look.shading) for look in (edge, plain, both))
+    # Limbs that stand out from their ground by little, alone, may be gloss: half is believed then.
+    believed, not_known = (1.0, 0.5) if seen else (0.5, 1.0)
+    sd_px = float(np.sqrt(max(own**2 - alone**2, 0.0) + told**2 + (not_known * wider_px) ** 2))
+    wider_px *= believed
+    upper, lower = (
+        replace(s, beyond_px=s.beyond_px + 0.5 * wider_px, place_sd_px=place_sd_px(sd_px))
+        for s in edge.shading
+    )
+    moved = replace(edge, shading=(upper, lower), diameter_px=edge.diameter_px + wider_px)
+    return replace(learnt, edge=moved)
+
+
+def _as_stored(learnt: Learnt, bright: EdgeLook, section: Section) -> Learnt:
+    """The same, where brightness shows how sharp the picture is, with its edges where they lie once
+    what storing a colour at half the resolution makes of them is undone; half of that counts as not
+    known. What is sought in every column stays as blurred as the file shows it: anything sharper
+    follows the blocks."""
+    edge = learnt.edge
+    if learnt.sight.signal.way is not Way.HUE:
+        return learnt
+    stored = stored_in(learnt.cuts, bright.shading[0].blur_px, edge.shading[0].blur_px)
+    if stored is None:
+        return learnt
+    undone = settle(learnt.cuts, section, replace(edge, stored=stored))
+    wider_px = undone.diameter_px - edge.diameter_px
+    if abs(wider_px) > MOST_PX:  # rounds that did not settle
+        return learnt
+    upper, lower = (replace(s, beyond_px=s.beyond_px + 0.5 * wider_px) for s in edge.shading)
+    moved = replace(edge, shading=(upper, lower), diameter_px=undone.diameter_px)
+    return replace(learnt, edge=less_sure(moved, place_sd_px(0.5 * wider_px)))
+
+
+def _pairs(learnt: Learnt, other: Learnt) -> dict[int, Cut]:
+    """What another signal shows of the same pictures, by the id of the cut in the first."""
+    cuts = {id(picture): cut for picture, cut in other.pairs}
+    pairs = ((mine, cuts.get(id(picture))) for picture, mine in learnt.pairs)
+    return {
+        id(mine): cut
+        for mine, cut in pairs
+        if cut is not None and cut.contrast.shape == mine.contrast.shape
+    }
+
+
+def _learnt_by(signal: Signal, learnt: Learnt, section: Section, half_px: int) -> Learnt | None:
+    """What the same pictures teach by another signal; None where it shows no strings."""
+    pictures = [picture for picture, _ in learnt.pairs]
+    sight = seen_by(learnt.sight, pictures, signal)
+    strand_px = sight.width_px / section.diameter_d
+    sight, pairs = cut_alike(pictures, sight, strand_px, half_px)
+    if not pairs:
+        return None
+    if signal.by_distance:
+        sight, pairs = toned(pictures, sight, pairs, strand_px, half_px)
+    return learn_edges(pairs, sight, section)
+
+
+def _joined(colour: EdgeLook, bright: EdgeLook) -> EdgeLook:
+    """Edges by colour that are where both together say, each by how sure it is of the width, and
+    brightness by as much less as its edges fit worse. What the two differ by is not known."""
+    # What one frame of several shows by brightness may be legs, or a coil.
+    told = bright.last.frames >= max(min(FEWEST, colour.last.frames), 1)
+    if not (told and _is_whole(bright, colour)):
+        return colour
+    wide_px = colour.diameter_px - bright.diameter_px
+    alone_px = float(np.hypot(light_sd_px(bright.shading), BRIGHT_SD_PX))
+    sd_px = alone_px * _times_worse(bright, colour)
+    shading, wider_px = heard(colour.shading, Witness(wide_px, sd_px), apart_px=wide_px)
+    return replace(colour, shading=shading, diameter_px=colour.diameter_px + wider_px)
+
+
+def _tells_more(bright: EdgeLook, colour: EdgeLook) -> bool:
+    """Whether edges by brightness fit better, in as many frames or much better, and tell the width
+    surer."""
+    surer = light_sd_px(bright.shading) < SURER * light_sd_px(colour.shading)
+    # Coils are tried where no straight bundle fits: as many frames as with them need not show one.
+    frames = FEWEST if colour.last.coils and not bright.last.coils else colour.last.frames
+    better = _cost_px2(bright.last, frames) <= _cost_px2(colour.last, colour.last.frames)
+    return surer and better and _is_whole(bright, colour)
+
+
+def _shows_better(whole: EdgeLook, across: EdgeLook) -> bool:
+    """Whether edges by all that strings differ by from their ground, and not across its colour
+    alone, fit far better and tell the width surer: grey strands beside red ones hardly leave the
+    colour of a grey ground, and their brightness is stored in full. What is thicker so by more than
+    such strands' limbs may fade is strings and their shadow."""
+    frames = max(whole.last.frames, across.last.frames)
+    better = _cost_px2(whole.last, frames) < SURER * _cost_px2(across.last, frames)
+    sd_px = light_sd_px(across.shading)
+    alike_px = max(UNSURE * sd_px, FADED_RHO * whole.shading[0].rho_px)
+    thicker_px = whole.diameter_px - across.diameter_px
+    return better and light_sd_px(whole.shading) < sd_px and thicker_px < alike_px
+
+
+def _is_seen(bright: EdgeLook, colour: EdgeLook) -> bool:
+    """Whether brightness shows strings at all: before a ground as bright as they are a helix of any
+    width fits some few edges of anything."""
+    alike = 1.0 / ALIKE < bright.diameter_px / colour.diameter_px < ALIKE
+    return bright.last.frames > 0 and (alike or bright.last.matched > LEAST_MATCHED)
+
+
+def _is_whole(bright: EdgeLook, colour: EdgeLook) -> bool:
+    """Whether brightness shows the limbs: lit ones may be as bright as their ground."""
+    unsure_px = UNSURE * light_sd_px(colour.shading)
+    faded_px = max(FADED_PX, FADED_RHO * colour.shading[0].rho_px, unsure_px)
+    return bright.diameter_px > colour.diameter_px - faded_px
+
+
+def _times_worse(bright: EdgeLook, colour: EdgeLook) -> float:
+    """How many times as far off its edges are, in squares of px, as those by colour; 1 where they
+    are no farther."""
+    cost = max(_cost_px2(colour.last, colour.last.frames), LEAST_COST_PX2)
+    return max(_cost_px2(bright.last, colour.last.frames) / cost, 1.0)
+
+
+def _cost_px2(seen: Round, frames: int) -> float:
+    """Of all columns, of so many frames at least, the mean square by which edges are off what was
+    fitted."""
+    found = seen.matched * seen.frames / max(seen.frames, frames, 1)
+    return found * seen.rms_px**2 + (1.0 - found) * MISSED_PX**2
