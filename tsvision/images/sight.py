@@ -37,6 +37,7 @@ from tsvision.images.runs import extent_of, leg_spread
 from tsvision.images.seen import Seen, seen_in
 from tsvision.images.signal import Signal
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
+from tsvision.images.telling import find_hue
 
 MOVING_SHARE = 0.4  # of the axis' length that moves, from which nothing speaks against it
 FEWEST_PX = 24  # on a picture's or region's short side
@@ -250,17 +251,32 @@ def _follow(
     return found, strips, seen_in(strips, found.width_px, False, between)
 
 
+def hue_along(sight: Sight, pictures: list[np.ndarray]) -> tuple[Signal, float]:
+    """A hue that tells strings from their ground along the same line, and the separation in sd that
+    it reaches; 0 where there is no colour."""
+    strips = _strips_along(sight, (to_linear(p, sight.gamma) for p in pictures))
+    return find_hue(strips, 0.5 * sight.width_px, between=True)
+
+
+def _strips_along(sight: Sight, lights: Iterator[np.ndarray]) -> list[Strip]:
+    """lights: one at a time, for large pictures in linear colour fill a memory."""
+    half = int(np.ceil(STRIP_WIDTHS * sight.width_px)) + 6
+    ends = sight.start_px, sight.end_px
+    return [cut_strip(light, sight.axis, ends, half) for light in lights]
+
+
 def seen_by(sight: Sight, pictures: list[np.ndarray], signal: Signal) -> Sight:
     """The same line in the same pictures, its strings told by another signal."""
-    width, ends = sight.width_px, (sight.start_px, sight.end_px)
-    half = int(np.ceil(STRIP_WIDTHS * width)) + 6
-    lights = (  # one at a time: large pictures in linear colour fill a memory
-        to_linear(p, sight.gamma)
-        if signal.in_colour
-        else linear_signal(p, signal.weights, sight.gamma)
-        for p in pictures
+    width = sight.width_px
+    strips = _strips_along(
+        sight,
+        (
+            to_linear(p, sight.gamma)
+            if signal.in_colour
+            else linear_signal(p, signal.weights, sight.gamma)
+            for p in pictures
+        ),
     )
-    strips = [cut_strip(light, sight.axis, ends, half) for light in lights]
     _, shadow = masks_of(strips, signal, width, rough=False)
     sense = 1 if core_of(strips, signal, width) >= 0 else -1
     return replace(

@@ -12,13 +12,14 @@ import pytest
 
 from tests.images.test_sight import BUNDLE_PX, few_turns
 from tests.measures.films import film_of, measured
-from tsvision.images.sight import Sight, Told, find_sight
-from tsvision.images.signal import Way
+from tsvision.images.frames import open_recording
+from tsvision.images.sight import Sight, Told, find_sight, seen_by
+from tsvision.images.signal import LUMA, Way
 from tsvision.measures.edges.cut import cut_frame
 from tsvision.measures.edges.shading import plain_shading
 from tsvision.measures.helix.bundle import BundleFit
 from tsvision.measures.helix.uncertainty import light_sd_px
-from tsvision.measures.light.learnt import cut_alike, cut_all
+from tsvision.measures.light.learnt import cut_alike, cut_all, learn_edges
 from tsvision.measures.light.profiles import black_of
 from tsvision.measures.light.rounds import EdgeLook, Round, less_sure
 from tsvision.measures.light.surest import (
@@ -26,7 +27,10 @@ from tsvision.measures.light.surest import (
     _joined,
     _shows_better,
     _tells_more,
+    surest,
 )
+from tsvision.measures.recording import sample_pictures
+from tsvision.rig import load_rig
 
 RED, PALE_GREEN = (0.4, 0.04, 0.05), (0.36, 0.47, 0.39)
 
@@ -91,6 +95,36 @@ def test_brightness_tells_where_a_hue_ends_on_a_lit_ground(
     assert measurer.looks.sight.signal.way is Way.HUE
     assert np.abs(error_px).max() < most_px
     assert (np.abs(error_px) < 1.96 * sd_px).all()
+
+
+@pytest.mark.parametrize("ground", [0.08, 0.13])
+def test_a_hue_tells_where_a_limb_is_as_bright_as_its_ground(tmp_path: Path, ground: float) -> None:
+    """Orange strings lit from above, whose lower limb brightness does not show: given that alone
+    nothing is fitted, or what is wide as a plate, until a hue is asked (`wild 1215`, 1.9 px of 43
+    thick by brightness, 0.3 now)."""
+    changes: dict[str, object] = {
+        "look.light": (0.1, 0.85, 0.5),
+        "look.strand_rgb": ((0.62, 0.25, 0.04),),
+        "look.ground_rgb": (ground, ground, ground),
+        "look.ground_texture": 0.05,
+        "camera.view": "closeup",
+        "camera.px_per_mm": 80.0,
+        "sensor.format": "png",
+    }
+    measurer, error_px, _ = measured(tmp_path / "film", film_of(2, "front_lit", changes))
+    looks = measurer.looks
+    assert looks is not None
+    assert np.abs(error_px).max() < 0.4
+    recording = open_recording(tmp_path / "film", load_rig(tmp_path / "film" / "rig.toml"))
+    pictures = sample_pictures(recording, 3)
+    sight = seen_by(looks.sight, pictures, LUMA)
+    strand_px = sight.width_px / looks.section.diameter_d
+    sight, pairs = cut_alike(pictures, sight, strand_px, looks.half_px)
+    bright = learn_edges(pairs, sight, looks.section)
+    assert abs(bright.edge.diameter_px - looks.diameter_px) > 0.4
+    told = surest(bright, looks.section, looks.half_px)
+    assert told.sight.signal.way is Way.HUE
+    assert told.edge.diameter_px == pytest.approx(looks.diameter_px, abs=0.4)
 
 
 def test_grey_strands_beside_red_ones_on_a_grey_ground(tmp_path: Path) -> None:

@@ -15,7 +15,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tsvision.images.sight import seen_by
+from tsvision.images.seen import HUE_APART
+from tsvision.images.sight import hue_along, seen_by
 from tsvision.images.signal import DISTANCE, LUMA, Signal, Way
 from tsvision.measures.edges.cut import Cut
 from tsvision.measures.helix.silhouette import Section
@@ -39,6 +40,7 @@ SURER = 0.6
 # px, of a strand's radius, of which such limbs are a fair part, and of sds of the width by colour.
 FADED_PX, FADED_RHO, UNSURE = 3.0, 0.6, 2.0
 MOST_PX = 3.0  # of a width, that storing a colour at half the resolution may move its edges by
+OPEN_PX = 1.0  # sd of a width by brightness, from which on it may be told better by a hue
 FEWEST = 2  # frames that tell
 LEAST_COST_PX2 = 1e-3  # of edges that fit: less is noise
 # Share of the columns whose edges were found, and times as wide as by colour: what shows fewer and
@@ -54,9 +56,10 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
         whole = _learnt_by(DISTANCE, learnt, section, half_px)
         if whole is not None and _shows_better(whole.edge, learnt.edge):
             learnt = whole
-    if not learnt.sight.signal.in_colour:
-        return learnt
-    other = _learnt_by(LUMA, learnt, section, half_px)
+    if learnt.sight.signal.in_colour:
+        other = _learnt_by(LUMA, learnt, section, half_px)
+    else:
+        learnt, other = _by_hue(learnt, section, half_px)
     if other is None:
         return learnt
     hue, bright = learnt.sight.signal.way is Way.HUE, other.edge.shading[0]
@@ -70,6 +73,19 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     if _tells_more(other.edge, learnt.edge):
         return other
     return replace(learnt, edge=_joined(learnt.edge, other.edge))
+
+
+def _by_hue(bright: Learnt, section: Section, half_px: int) -> tuple[Learnt, Learnt | None]:
+    """What brightness taught, and nothing beside it; or where that leaves the width open and a hue
+    tells more, what that hue taught, and brightness beside it: of strings brighter than their
+    ground one limb may be just as bright."""
+    open_px = light_sd_px(bright.edge.shading) if bright.edge.last.frames else np.inf
+    if open_px > OPEN_PX:
+        signal, apart = hue_along(bright.sight, [picture for picture, _ in bright.pairs])
+        hue = _learnt_by(signal, bright, section, half_px) if apart > HUE_APART else None
+        if hue is not None and _is_surer(hue.edge, bright.edge):
+            return hue, bright
+    return bright, None
 
 
 def _as_bright(learnt: Learnt, other: Learnt, section: Section, seen: bool) -> Learnt:
@@ -160,13 +176,20 @@ def _joined(colour: EdgeLook, bright: EdgeLook) -> EdgeLook:
 
 
 def _tells_more(bright: EdgeLook, colour: EdgeLook) -> bool:
-    """Whether edges by brightness fit better, in as many frames or much better, and tell the width
-    surer."""
-    surer = light_sd_px(bright.shading) < SURER * light_sd_px(colour.shading)
+    """Whether edges by brightness fit as well, tell the width surer, and show the limbs."""
+    return _is_surer(bright, colour) and _is_whole(bright, colour)
+
+
+def _is_surer(edge: EdgeLook, other: EdgeLook) -> bool:
+    """Whether edges fit as well as others, in as many frames or better, and tell the width surer:
+    than those that no bundle was fitted to, if one was."""
+    if not other.last.frames:
+        return edge.last.frames > 0
+    surer = light_sd_px(edge.shading) < SURER * light_sd_px(other.shading)
     # Coils are tried where no straight bundle fits: as many frames as with them need not show one.
-    frames = FEWEST if colour.last.coils and not bright.last.coils else colour.last.frames
-    better = _cost_px2(bright.last, frames) <= _cost_px2(colour.last, colour.last.frames)
-    return surer and better and _is_whole(bright, colour)
+    frames = FEWEST if other.last.coils and not edge.last.coils else other.last.frames
+    better = _cost_px2(edge.last, frames) <= _cost_px2(other.last, other.last.frames)
+    return surer and better
 
 
 def _shows_better(whole: EdgeLook, across: EdgeLook) -> bool:
@@ -206,5 +229,7 @@ def _times_worse(bright: EdgeLook, colour: EdgeLook) -> float:
 def _cost_px2(seen: Round, frames: int) -> float:
     """Of all columns, of so many frames at least, the mean square by which edges are off what was
     fitted."""
+    if not seen.frames:
+        return MISSED_PX**2
     found = seen.matched * seen.frames / max(seen.frames, frames, 1)
     return found * seen.rms_px**2 + (1.0 - found) * MISSED_PX**2
