@@ -170,6 +170,17 @@ def test_black_has_no_hue_and_is_a_colour_all_the_same() -> None:
     assert not black_among([both] * 10, seen(BLACK, 1500, 0.6))
 
 
+def test_a_limb_in_the_dark_is_no_black_strand() -> None:
+    """Orange strings lit from above before grey: told by any difference from it, as if black ones
+    wound about them, nothing was found of a bundle that anyone sees."""
+    grey: Colour = (0.1, 0.1, 0.1)
+    dark: Colour = (0.003, 0.015, 0.037)
+    ground = seen(grey, 1500, 0.6)
+    lit = np.concatenate([seen(ORANGE, 50, 0.5), seen(dark, 30, 0.5, noise=0.001)])
+    assert not black_among([lit] * 10, ground)
+    assert black_among([np.concatenate([seen(ORANGE, 50, 0.5), seen(BLACK, 30, 0.5)])] * 10, ground)
+
+
 def test_noise_hides_no_strands() -> None:
     """And a distance, which noise lengthens, is taken of light that is averaged, if need be."""
     for noise, side in ((0.002, 1), (0.025, 3)):

@@ -33,6 +33,9 @@ FAR = 3.0  # spreads of the ground's colour beyond which a sample's hue is asked
 LIT = 0.06  # of full light, in all channels: what is darker shows no hue
 OF_WINDOW = 0.3  # share of a window's samples that have to show theirs
 BLACK = 0.1  # share of a window's samples that have to be too dark to have one
+# What is dark is a limb if its hue is by so much nearer to the strings' than to none: 0.03 of it in
+# drawn limbs, 2 to 11 times as far in path-traced black strands beside red, blue and orange ones.
+NO_HUE, LIKE_STRINGS = np.full(3, 3.0**-0.5), 0.5
 
 # Per cent of the samples on strands of several colours that may lie where two of them meet: there
 # yellow and blue make grey, and more so in the blur of thin strands.
@@ -224,7 +227,8 @@ def many_coloured(windows: list[np.ndarray], outer: np.ndarray) -> bool:
 
 def black_among(windows: list[np.ndarray], outer: np.ndarray) -> bool:
     """Whether black strands wind about others of another hue than the ground's. Black itself has no
-    hue, and lies no further off a dark ground's light than that does from its own.
+    hue, and lies no further off a dark ground's light than that does from its own. A limb in the
+    dark has its string's.
 
     windows, outer: as for `many_coloured`.
     """
@@ -238,8 +242,16 @@ def black_among(windows: list[np.ndarray], outer: np.ndarray) -> bool:
         other = ~dark & (np.linalg.norm(_hue_of(some) - hue, axis=1) > OTHER_HUE * typical)
         if other.sum() > OF_EITHER * len(some):
             shown += 1
-            both += int(dark.mean() > BLACK)
+            both += int(dark.mean() > BLACK and not _has_hue_of(some[dark], some[other]))
     return shown > 0 and both / shown > OFTEN
+
+
+def _has_hue_of(dark: np.ndarray, strings: np.ndarray) -> bool:
+    """Whether what is dark (n, 3) has rather the strings' (m, 3) hue than none."""
+    of_dark = _hue_of(np.median(dark, axis=0, keepdims=True))[0]
+    of_strings = np.median(_hue_of(strings), axis=0)
+    away, from_none = (np.linalg.norm(of_dark - hue) for hue in (of_strings, NO_HUE))
+    return bool(away < LIKE_STRINGS * from_none)
 
 
 def _ground_hue(outer: np.ndarray) -> tuple[np.ndarray, float]:
