@@ -97,15 +97,14 @@ def test_brightness_tells_where_a_hue_ends_on_a_lit_ground(
     assert (np.abs(error_px) < 1.96 * sd_px).all()
 
 
-@pytest.mark.parametrize("ground", [0.08, 0.13])
-def test_a_hue_tells_where_a_limb_is_as_bright_as_its_ground(tmp_path: Path, ground: float) -> None:
+def test_a_hue_tells_where_a_limb_is_as_bright_as_its_ground(tmp_path: Path) -> None:
     """Orange strings lit from above, whose lower limb brightness does not show: given that alone
     nothing is fitted, or what is wide as a plate, until a hue is asked (`wild 1215`, 1.9 px of 43
     thick by brightness, 0.3 now)."""
     changes: dict[str, object] = {
         "look.light": (0.1, 0.85, 0.5),
         "look.strand_rgb": ((0.62, 0.25, 0.04),),
-        "look.ground_rgb": (ground, ground, ground),
+        "look.ground_rgb": (0.13, 0.13, 0.13),
         "look.ground_texture": 0.05,
         "camera.view": "closeup",
         "camera.px_per_mm": 80.0,
@@ -125,6 +124,24 @@ def test_a_hue_tells_where_a_limb_is_as_bright_as_its_ground(tmp_path: Path, gro
     told = surest(bright, looks.section, looks.half_px)
     assert told.sight.signal.way is Way.HUE
     assert told.edge.diameter_px == pytest.approx(looks.diameter_px, abs=0.4)
+
+
+def test_pale_strings_have_no_hue_to_ask(tmp_path: Path) -> None:
+    """By what sum of channels tells white from grey best, mostly brightness, they were 3.4 px thin
+    and outside their interval."""
+    changes: dict[str, object] = {
+        "look.light": (0.1, -0.85, 0.5),
+        "look.strand_rgb": ((0.75, 0.73, 0.68),),
+        "look.ground_rgb": (0.1, 0.1, 0.1),
+        "look.ground_texture": 0.05,
+        "look.ambient": 0.15,
+        "camera.view": "closeup",
+        "camera.px_per_mm": 80.0,
+    }
+    measurer, error_px, sd_px = measured(tmp_path / "film", film_of(2, "front_lit", changes))
+    assert measurer.looks is not None
+    assert measurer.looks.sight.signal.way is Way.LUMA
+    assert (np.abs(error_px) < 1.96 * sd_px).all()
 
 
 def test_grey_strands_beside_red_ones_on_a_grey_ground(tmp_path: Path) -> None:

@@ -70,8 +70,11 @@ def is_halved(blur_px: float, sharp_px: float) -> bool:
 def stored_in(cuts: list[Cut], sharp_px: float, blur_px: float) -> Stored | None:
     """How the colour that some cuts show was stored, by their blur and that of their brightness;
     None where both are as sharp, or where colours are not known."""
-    if not is_halved(blur_px, sharp_px):
-        return None
+    return colours_in(cuts, sharp_px) if is_halved(blur_px, sharp_px) else None
+
+
+def colours_in(cuts: list[Cut], sharp_px: float) -> Stored | None:
+    """The colours that some cuts show, of pictures so sharp; None where they are not known."""
     sight = cuts[0].sight
     pairs = [pair for cut in cuts if (pair := cut.strand_and_ground()) is not None]
     if not pairs:

@@ -27,7 +27,7 @@ from tsvision.measures.light.learnt import Learnt, cut_alike, learn_edges, toned
 from tsvision.measures.light.rounds import EdgeLook, Round, less_sure, next_look
 from tsvision.measures.light.settle import settle
 from tsvision.measures.light.shading_lamp import RESOLVED
-from tsvision.measures.light.stored import is_halved, stored_in
+from tsvision.measures.light.stored import colours_in, is_halved, stored_in
 from tsvision.measures.light.witness import Witness, heard
 
 # Of a width by brightness that is not left to it alone, besides what light leaves open: parts of
@@ -41,6 +41,7 @@ SURER = 0.6
 FADED_PX, FADED_RHO, UNSURE = 3.0, 0.6, 2.0
 MOST_PX = 3.0  # of a width, that storing a colour at half the resolution may move its edges by
 OPEN_PX = 1.0  # sd of a width by brightness, from which on it may be told better by a hue
+GROUNDLESS = 0.1  # of what strings stand out by in a hue, by which their ground may do so too
 FEWEST = 2  # frames that tell
 LEAST_COST_PX2 = 1e-3  # of edges that fit: less is noise
 # Share of the columns whose edges were found, and times as wide as by colour: what shows fewer and
@@ -79,13 +80,25 @@ def _by_hue(bright: Learnt, section: Section, half_px: int) -> tuple[Learnt, Lea
     """What brightness taught, and nothing beside it; or where that leaves the width open and a hue
     tells more, what that hue taught, and brightness beside it: of strings brighter than their
     ground one limb may be just as bright."""
-    open_px = light_sd_px(bright.edge.shading) if bright.edge.last.frames else np.inf
-    if open_px > OPEN_PX:
-        signal, apart = hue_along(bright.sight, [picture for picture, _ in bright.pairs])
-        hue = _learnt_by(signal, bright, section, half_px) if apart > HUE_APART else None
-        if hue is not None and _is_surer(hue.edge, bright.edge):
-            return hue, bright
-    return bright, None
+    if bright.edge.last.frames and light_sd_px(bright.edge.shading) <= OPEN_PX:
+        return bright, None
+    signal, apart = hue_along(bright.sight, [picture for picture, _ in bright.pairs])
+    hue = _learnt_by(signal, bright, section, half_px) if apart > HUE_APART else None
+    if hue is None or not _is_surer(hue.edge, bright.edge):
+        return bright, None
+    is_seen = _is_seen(bright.edge, hue.edge)
+    if is_seen and not _is_hue(hue, bright.edge.shading[0].blur_px):
+        return bright, None
+    return hue, bright
+
+
+def _is_hue(hue: Learnt, sharp_px: float) -> bool:
+    """Whether strings stand out by a hue that files store as sharply as brightness, and the ground
+    does not by its light. Of pale strings before grey it is mostly their brightness, which lost 3.4
+    px of 38, stated to 1.3, where brightness itself lost 0.9."""
+    colours = colours_in(hue.cuts, sharp_px)
+    whole = not is_halved(hue.edge.shading[0].blur_px, sharp_px)
+    return whole and colours is not None and colours.black > -GROUNDLESS
 
 
 def _as_bright(learnt: Learnt, other: Learnt, section: Section, seen: bool) -> Learnt:
