@@ -4,7 +4,8 @@ A hue tells strings from ground where brightness does not, under any shadow. But
 at half the resolution, mixed beyond the edges; and it fades at a limb in ways that the light there
 does not tell. So where strings were found by their colour, their edges are looked at by brightness
 alone as well: those of dark strings before a bright ground are as sharp as the lens, whatever light
-falls on the limbs.
+falls on the limbs. Where they were found by brightness and that leaves their width open, one of the
+limbs may be as bright as its ground: then a hue is asked.
 Where colours across the ground's own are asked, so that light and shadow there need not count, all
 of the difference from the ground is looked at as well: strands of the ground's hue show by it.
 """
@@ -51,8 +52,9 @@ MISSED_PX = 1.0  # as much off as this counts an edge that was not found, or in 
 
 
 def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
-    """The same, or where strings were told by their colour what all of their difference from the
-    ground teaches of them, or brightness alone, if that is more."""
+    """The same, or what another signal teaches of the strings, alone or along, if that is more:
+    where they were told by their colour, brightness or all of their difference from the ground;
+    where brightness leaves them open, a hue."""
     if learnt.sight.signal.way is Way.ACROSS:
         whole = _learnt_by(DISTANCE, learnt, section, half_px)
         if whole is not None and _shows_better(whole.edge, learnt.edge):
