@@ -268,15 +268,13 @@ def _strips_along(sight: Sight, lights: Iterator[np.ndarray]) -> list[Strip]:
 def seen_by(sight: Sight, pictures: list[np.ndarray], signal: Signal) -> Sight:
     """The same line in the same pictures, its strings told by another signal."""
     width = sight.width_px
-    strips = _strips_along(
-        sight,
-        (
-            to_linear(p, sight.gamma)
-            if signal.in_colour
-            else linear_signal(p, signal.weights, sight.gamma)
-            for p in pictures
-        ),
+    lights = (
+        to_linear(p, sight.gamma)
+        if signal.in_colour
+        else linear_signal(p, signal.weights, sight.gamma)
+        for p in pictures
     )
+    strips = _strips_along(sight, lights)
     _, shadow = masks_of(strips, signal, width, rough=False)
     sense = 1 if core_of(strips, signal, width) >= 0 else -1
     return replace(

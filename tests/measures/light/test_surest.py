@@ -32,6 +32,8 @@ from tsvision.measures.light.surest import (
 from tsvision.measures.recording import sample_pictures
 from tsvision.rig import load_rig
 
+CLOSE_UP: dict[str, object] = {"camera.view": "closeup", "camera.px_per_mm": 80.0}
+ORANGE = (0.62, 0.25, 0.04)
 RED, PALE_GREEN = (0.4, 0.04, 0.05), (0.36, 0.47, 0.39)
 
 
@@ -100,17 +102,16 @@ def test_brightness_tells_where_a_hue_ends_on_a_lit_ground(
 def test_a_hue_tells_where_a_limb_is_as_bright_as_its_ground(tmp_path: Path) -> None:
     """Orange strings lit from above, whose lower limb brightness does not show: given that alone
     nothing is fitted, or what is wide as a plate, until a hue is asked (`wild 1215`, 1.9 px of 43
-    thick by brightness, 0.3 now)."""
+    thick by brightness, 0.2 now)."""
     changes: dict[str, object] = {
         "look.light": (0.1, 0.85, 0.5),
-        "look.strand_rgb": ((0.62, 0.25, 0.04),),
+        "look.strand_rgb": (ORANGE,),
         "look.ground_rgb": (0.13, 0.13, 0.13),
         "look.ground_texture": 0.05,
-        "camera.view": "closeup",
-        "camera.px_per_mm": 80.0,
         "sensor.format": "png",
     }
-    measurer, error_px, _ = measured(tmp_path / "film", film_of(2, "front_lit", changes))
+    settings = film_of(2, "front_lit", CLOSE_UP | changes)
+    measurer, error_px, _ = measured(tmp_path / "film", settings)
     looks = measurer.looks
     assert looks is not None
     assert np.abs(error_px).max() < 0.4
@@ -126,6 +127,21 @@ def test_a_hue_tells_where_a_limb_is_as_bright_as_its_ground(tmp_path: Path) -> 
     assert told.edge.diameter_px == pytest.approx(looks.diameter_px, abs=0.4)
 
 
+def test_a_limb_in_the_dark_hides_no_bundle(tmp_path: Path) -> None:
+    """It was taken for a black strand beside orange ones, and nothing was measured."""
+    changes: dict[str, object] = {
+        "look.strand_rgb": (ORANGE,),
+        "look.ground_rgb": (0.1, 0.1, 0.1),
+        "look.ground_texture": 0.2,
+        "sensor.format": "png",
+    }
+    settings = film_of(2, "side_lit", CLOSE_UP | changes)
+    measurer, error_px, _ = measured(tmp_path / "film", settings)
+    assert measurer.looks is not None
+    assert measurer.looks.sight.signal.way is Way.HUE
+    assert np.abs(error_px).max() < 0.2
+
+
 def test_pale_strings_have_no_hue_to_ask(tmp_path: Path) -> None:
     """By what sum of channels tells white from grey best, mostly brightness, they were 3.4 px thin
     and outside their interval."""
@@ -135,10 +151,9 @@ def test_pale_strings_have_no_hue_to_ask(tmp_path: Path) -> None:
         "look.ground_rgb": (0.1, 0.1, 0.1),
         "look.ground_texture": 0.05,
         "look.ambient": 0.15,
-        "camera.view": "closeup",
-        "camera.px_per_mm": 80.0,
     }
-    measurer, error_px, sd_px = measured(tmp_path / "film", film_of(2, "front_lit", changes))
+    settings = film_of(2, "front_lit", CLOSE_UP | changes)
+    measurer, error_px, sd_px = measured(tmp_path / "film", settings)
     assert measurer.looks is not None
     assert measurer.looks.sight.signal.way is Way.LUMA
     assert (np.abs(error_px) < 1.96 * sd_px).all()
