@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
+from tsvision.images.axis import find_channels, unshaded
 from tsvision.images.candidates import Trial, are_legs, could_cast, settle, swallows
 from tsvision.images.curve import find_curve
 from tsvision.images.linear import to_linear
@@ -210,6 +211,40 @@ def test_red_on_green_with_a_shadow(red: tuple[float, float, float], shadow: flo
     assert sight.width_px == pytest.approx(BUNDLE_PX, abs=3.0)
     assert off_axis_px(sight) < 1.5
     assert abs(float(sight.signal.weights @ np.array(ground))) < 0.02
+
+
+@pytest.mark.parametrize("pictures", [1, 8])
+@pytest.mark.parametrize("shadow", [0.35, 0.7])
+@pytest.mark.parametrize(
+    ("ground", "strand"),
+    [((0.10, 0.22, 0.35), (0.38, 0.34, 0.29)), ((0.10, 0.21, 0.30), (0.47, 0.29, 0.75))],
+    ids=["grey on wood", "pink on wood"],
+)
+def test_strings_as_bright_as_their_ground_are_told_from_their_shadow(
+    ground: tuple[float, float, float],
+    strand: tuple[float, float, float],
+    shadow: float,
+    pictures: int,
+) -> None:
+    """The opponent colours show a shadow as they do strings: every line began on both, twice as
+    wide, and no hue was left to be told on it."""
+    film = bundle_film(ground, (strand,), shadow)[-pictures:]
+    sight = find_sight(film, Told(least_px=0.6 * BUNDLE_PX))
+    assert sight is not None
+    assert sight.signal.way is Way.HUE
+    assert off_axis_px(sight) < 1.0
+    assert sight.width_px == pytest.approx(BUNDLE_PX, rel=0.15)
+
+
+def test_shares_of_light_show_no_shadow() -> None:
+    """Measured: 2.5, as dark places show less of a hue; by the opponent colours 9.4."""
+    picture = np.full((90, 120, 3), (90, 130, 165), np.uint8)
+    shaded = picture.copy()
+    shaded[40:50] = np.round(picture[40:50] * 0.6)
+    by = {of: np.ptp(np.stack(of(shaded)), axis=(1, 2)) for of in (find_channels, unshaded)}
+    assert max(by[unshaded]) < 3.0
+    assert max(by[find_channels][1:]) > 8.0
+    assert unshaded(picture[..., 0]) == []
 
 
 def test_a_hue_is_asked_for_only_where_a_shadow_is_deep() -> None:

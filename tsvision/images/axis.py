@@ -15,8 +15,11 @@ import cv2
 import numba
 import numpy as np
 
+from tsvision.images.linear import to_linear
+
 COARSE_PX = 240  # long side of the picture in which lines are sought
 ANGLE_STEP_DEG = 3.0
+DARK = 0.01  # of full light, all channels together: what is darker hardly shows a hue
 HALF_WIDTHS = np.array([1, 2, 3, 5, 7, 10, 14], dtype=np.int64)  # coarse px
 
 
@@ -70,15 +73,17 @@ def find_channels(pixels: np.ndarray) -> list[np.ndarray]:
 
     Each is (h, w) float32 in CIELAB units, where steps that look equal are equal.
     """
-    factor = COARSE_PX / max(pixels.shape[:2])
-    small = cv2.resize(
-        pixels, None, fx=min(factor, 1.0), fy=min(factor, 1.0), interpolation=cv2.INTER_AREA
-    )
+    small = _coarse(pixels)
     depth = 255.0 if small.dtype == np.uint8 else 65535.0
     if small.ndim == 2:
         return [(small.astype(np.float32) / depth) * 100.0]
     lab = cv2.cvtColor(small.astype(np.float32) / depth, cv2.COLOR_BGR2Lab)
     return [np.ascontiguousarray(lab[..., i]) for i in range(3)]
+
+
+def _coarse(pixels: np.ndarray) -> np.ndarray:
+    factor = min(COARSE_PX / max(pixels.shape[:2]), 1.0)
+    return cv2.resize(pixels, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
 
 
 def hue_off_ground(pixels: np.ndarray) -> list[np.ndarray]:
@@ -91,6 +96,18 @@ def hue_off_ground(pixels: np.ndarray) -> list[np.ndarray]:
     opponents = np.stack(channels, axis=-1)
     away = opponents - np.median(opponents.reshape(-1, 2), axis=0)
     return [np.linalg.norm(away, axis=-1).astype(np.float32)]
+
+
+def unshaded(pixels: np.ndarray) -> list[np.ndarray]:
+    """Two coarse channels, as `find_channels` makes them: the shares of red and of blue in the
+    light, which a shadow leaves as they are; in the opponent colours it is seen as well. None of a
+    grey picture."""
+    small = _coarse(pixels)
+    if small.ndim == 2:
+        return []
+    light = to_linear(small)
+    whole = light.sum(axis=2) + DARK
+    return [np.ascontiguousarray(100.0 * light[..., c] / whole) for c in (2, 0)]
 
 
 def _threshold(channel: np.ndarray) -> float:

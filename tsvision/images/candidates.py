@@ -10,12 +10,13 @@ import numpy as np
 from tsvision.images.axis import Ridge, find_ridges
 from tsvision.images.contrast import core_of
 from tsvision.images.runs import leg_columns, refine, single_columns
-from tsvision.images.seen import seen_in
+from tsvision.images.seen import seen_by_hue, seen_in
 from tsvision.images.strip import Axis, cut_strip, straight_axis
 
 PARALLEL = 0.1  # sine of the angle between strings and their shadow on a ground beneath
 CAST_D, CAST_SHARE = 4.0, 0.4  # widths beside them; what speaks for them over what for the shadow
 SWALLOWED, SWALLOWED_SHARE = 1.8, 0.6  # widths of strings with their shadow; what speaks for them
+BY_HUE, AS_MUCH = 1.4, 0.9  # the same beside strings by a hue, which shows no shadow
 APART = 1.5  # spreads between strings and ground from which nothing speaks against a line
 # Angle of a leg to the bundle, rad; by how much the two may differ, of their mean, and how far
 # apart they may cross it, in widths; what speaks for the bundle between over what for a leg.
@@ -33,13 +34,15 @@ SWINGS = 0.06  # share of a bundle's outline that changes between frames, at lea
 @dataclass(frozen=True)
 class Trial:
     """A candidate axis, its width, how many columns speak for it, whether it is nothing but darker
-    than the ground, as shadows are, and whether it may run between legs most of the way."""
+    than the ground, as shadows are, whether it may run between legs most of the way, and whether it
+    was followed by a hue alone."""
 
     axis: Axis
     width_px: float
     support: float
     darker: bool
     between: bool = False
+    by_hue: bool = False
 
 
 def settle(
@@ -49,10 +52,12 @@ def settle(
     turns: int = 3,
     between: bool = False,
     beside: bool = False,
+    by_hue: bool = False,
 ) -> Trial:
     """Refine a candidate axis on some frames and say how much speaks for it.
 
-    between: whether it may run between legs most of the way; beside: or beside the bundle at first.
+    between: whether it may run between legs most of the way; beside: or beside the bundle at first;
+    by_hue: whether to look by a hue alone, for a shadow close by misleads what is seen by light.
 
     What speaks for a bundle: columns with one run of its width on the axis, and beyond them
     columns with a leg on either side. A leg taken for the axis has neither behind the apex. A
@@ -62,7 +67,10 @@ def settle(
     for turn in range(turns):
         half = int(np.ceil(3.2 * width)) + 6
         strips = [cut_strip(p, axis, (0.0, axis.length_px), half) for p in linears]
-        seen = seen_in(strips, width, turn < turns - 1 and beside, between)
+        if by_hue:
+            seen = seen_by_hue(strips, width)
+        else:
+            seen = seen_in(strips, width, turn < turns - 1 and beside, between)
         masks = seen.masks
         if turn == turns - 1:
             support = sum(support_of(m, half, width, between) for m in masks) / len(masks)
@@ -71,7 +79,7 @@ def settle(
             by_light = not seen.signal.in_colour
             darker = by_light and core_of(strips, seen.signal, width, between) < 0.0
         axis, width = refine(axis, masks, half, width)
-    return Trial(axis, width, support, bool(darker), between)
+    return Trial(axis, width, support, bool(darker), between, by_hue)
 
 
 def could_cast(trial: Trial, other: Trial) -> bool:
@@ -111,7 +119,7 @@ def are_legs(trial: Trial, third: Trial, other: Trial) -> bool:
 def swallows(trial: Trial, other: Trial) -> bool:
     """Whether it is the other, much narrower, together with something beside it: strings and their
     shadow on a ground close behind make one run, twice as wide."""
-    if trial.width_px < SWALLOWED * other.width_px:
+    if trial.width_px < (BY_HUE if other.by_hue else SWALLOWED) * other.width_px:
         return False
     start = trial.axis.at(np.array([0.0]))[0]
     along = trial.axis.tangent(np.array([0.5 * trial.axis.length_px]))[0]

@@ -58,6 +58,13 @@ def seen_in(strips: list[Strip], width: float, rough: bool, between: bool = Fals
     return by_hue if _shows_more(by_hue, first, width, between) else first
 
 
+def seen_by_hue(strips: list[Strip], width: float) -> Seen:
+    """The strings in some strips by a hue alone, of which no shadow is a part."""
+    # Ground on the axis, between legs, is told from strings by what lies beside it.
+    hue, apart = find_hue(strips, 0.5 * width, between=True)
+    return Seen(hue, apart, *masks_of(strips, hue, width, rough=False))
+
+
 def _may_be_shadowed(seen: Seen) -> bool:
     """Whether the masks may hold the strings' shadow. What lies across the ground's colour holds
     none; a distance shows whatever is there."""

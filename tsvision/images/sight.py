@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from tsvision.images.axis import Ridge, find_ridges, hue_off_ground
+from tsvision.images.axis import Ridge, find_ridges, hue_off_ground, unshaded
 from tsvision.images.candidates import (
+    AS_MUCH,
     CAST_SHARE,
     LEG_SHARE,
     LEGS_TO_BUNDLE,
@@ -34,7 +35,7 @@ from tsvision.images.linear import linear_signal, to_linear
 from tsvision.images.masks import masks_of
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.runs import extent_of, leg_spread
-from tsvision.images.seen import Seen, seen_in
+from tsvision.images.seen import Seen, seen_by_hue, seen_in
 from tsvision.images.signal import Signal
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 from tsvision.images.telling import find_hue
@@ -47,6 +48,9 @@ STRIP_WIDTHS = 4.0  # of the bundle, to either side, that are looked at along it
 # way, how many times as many it is where they are looked for that way, and what speaks for that, of
 # what speaks for the line.
 FEEBLE, TWICE, SUPPORTED = 2.0, 2.0, 0.1
+# Of what speaks for a line by a hue alone, from which the same one seen by light serves if it is as
+# wide, nearly: a hue is stored at half the resolution, and may be that of some strands only.
+AS_WELL, ALIKE = 0.5, 1.25
 HARDLY = 0.1  # of SEARCH_PX: columns for a line, below which it is hardly one
 
 
@@ -145,9 +149,9 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
     factor = min(1.0, SEARCH_PX / max(shape))
     small = [to_linear(_shrunk(p, factor), told.gamma) for p in few]
 
-    def tried(ridge: Ridge, between: bool = False, beside: bool = len(small) > 1) -> Trial:
+    def tried(ridge: Ridge, beside: bool = len(small) > 1, **how: bool) -> Trial:
         axis = _scaled(line_of_ridge(ridge, shape, roi_px), factor)
-        return settle(small, axis, ridge.width_px * factor, between=between, beside=beside)
+        return settle(small, axis, ridge.width_px * factor, beside=beside, **how)
 
     # Of one colour first, which is the surer pair: few lines are tried of either kind.
     meeting = bisectors(ridges, shape) + bisectors(ridges, shape, one_colour=False)
@@ -155,6 +159,10 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
     for times in LEGS_TO_BUNDLE:
         halfway = bisectors(ridges, shape, one_colour=False, times=times)
         trials += [tried(r, between=True) for r in halfway]
+    for ridge in find_ridges(few, roi_px, widths_px, most=2, channels=unshaded):
+        # Strings and the connector behind them make one ridge, as wide as that is.
+        most = widths_px[1] if widths_px else np.inf
+        trials.append(tried(replace(ridge, width_px=min(ridge.width_px, most)), by_hue=True))
 
     def merit(trial: Trial) -> float:
         support = trial.support * plausible(trial.width_px / factor, widths_px, least_px)
@@ -179,7 +187,9 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
             if could_cast(trial, other):
                 rivals.append(merit_of / CAST_SHARE)
             if swallows(trial, other):
-                rivals.append(merit_of / SWALLOWED_SHARE)
+                rivals.append(merit_of / (AS_MUCH if other.by_hue else SWALLOWED_SHARE))
+            if trial.by_hue and not other.by_hue and _alike(trial, other):
+                rivals.append(merit_of / AS_WELL)
         merits.append(0.0 if max(rivals, default=0.0) > own else own)
     order = np.argsort(-np.array(merits), kind="stable")
     taken: list[Trial] = []
@@ -187,7 +197,8 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
         if not any(_same(trial, other) for other in taken):
             taken.append(trial)
             axis, width = _scaled(trial.axis, 1.0 / factor), trial.width_px / factor
-            yield _sight_along(pictures, axis, width, trial.between, told)
+            there = replace(trial, axis=axis, width_px=width, support=trial.support / factor)
+            yield _sight_along(pictures, there, told)
 
 
 def _same(trial: Trial, other: Trial) -> bool:
@@ -197,14 +208,25 @@ def _same(trial: Trial, other: Trial) -> bool:
     return bool(apart < 0.5 * min(trial.width_px, other.width_px))
 
 
-def _sight_along(
-    pictures: list[np.ndarray], axis: Axis, width: float, between: bool, told: Told
-) -> Sight:
-    """What is seen along a line, followed at full size."""
+def _alike(trial: Trial, other: Trial) -> bool:
+    """Whether they have come to show about the same."""
+    return _same(trial, other) and 1.0 / ALIKE < trial.width_px / other.width_px < ALIKE
+
+
+def _sight_along(pictures: list[np.ndarray], trial: Trial, told: Told) -> Sight:
+    """What is seen along a line in pictures of full size, where it is followed. By light it may be
+    led astray only there; then a hue that shows it better serves."""
     linears = [to_linear(p, told.gamma) for p in pictures]
-    found, strips, seen = _follow(linears, axis, width, between)
+    axis, width, between = trial.axis, trial.width_px, trial.between
+    followed = _follow(linears, axis, width, between, trial.by_hue)
+    if not trial.by_hue and followed[0].support < AS_WELL * trial.support:
+        by_hue = _follow(linears, axis, width, between, by_hue=True)
+        if by_hue[0].support > followed[0].support:
+            followed = by_hue
+    found, strips, seen = followed
     # What a distance shows of several colours no weighted sum does, however well it stands out.
-    if not between and not seen.signal.by_distance and seen.separation < FEEBLE:
+    plain = not (between or found.by_hue or seen.signal.by_distance)
+    if plain and seen.separation < FEEBLE:
         # Frames of few turns, which the line was told without, may show legs most of the way. Where
         # none are seen what stands out may be the connector, and nothing supports the line.
         other, there, more = _follow(linears, axis, width, True)
@@ -242,12 +264,14 @@ def _sight_along(
 
 
 def _follow(
-    linears: list[np.ndarray], axis: Axis, width: float, between: bool
+    linears: list[np.ndarray], axis: Axis, width: float, between: bool, by_hue: bool = False
 ) -> tuple[Trial, list[Strip], Seen]:
     """A line refined on all pictures, their strips along it, and what is seen there."""
-    found = settle(linears, axis, width, turns=1, between=between)
+    found = settle(linears, axis, width, turns=1, between=between, by_hue=by_hue)
     half = int(np.ceil(STRIP_WIDTHS * found.width_px)) + 6
     strips = [cut_strip(p, found.axis, (0.0, found.axis.length_px), half) for p in linears]
+    if by_hue:
+        return found, strips, seen_by_hue(strips, found.width_px)
     return found, strips, seen_in(strips, found.width_px, False, between)
 
 
