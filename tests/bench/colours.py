@@ -125,10 +125,8 @@ def drawn(seed: int) -> Film:
         "sensor.full_well_e": one_of(20000.0, 4000.0, 800.0),
         "sensor.grey": bool(random.random() < GREY),
     }
-    upright = changes["camera.side"] in ("top", "bottom")
-    changes["camera.width_px"], changes["camera.height_px"] = (
-        (720, 1280) if upright else (1280, 720)
-    )
+    sizes = (720, 1280) if changes["camera.side"] in ("top", "bottom") else (1280, 720)
+    changes["camera.width_px"], changes["camera.height_px"] = sizes
     if view == "closeup":
         changes["camera.px_per_mm"] = between(30.0, 90.0)
     if any(_vanishes(colour, beside, bool(changes["sensor.grey"])) for colour in colours):

@@ -50,7 +50,8 @@ STRIP_WIDTHS = 4.0  # of the bundle, to either side, that are looked at along it
 FEEBLE, TWICE, SUPPORTED = 2.0, 2.0, 0.1
 # Of what speaks for a line by a hue alone, from which the same one seen by light serves if it is as
 # wide, nearly: a hue is stored at half the resolution, and may be that of some strands only.
-AS_WELL, ALIKE = 0.5, 1.25
+YIELDS, ALIKE = 0.5, 1.25
+ASTRAY = 0.5  # of what spoke for a line on small pictures, below which it was lost on full ones
 HARDLY = 0.1  # of SEARCH_PX: columns for a line, below which it is hardly one
 
 
@@ -189,7 +190,7 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
             if swallows(trial, other):
                 rivals.append(merit_of / (AS_MUCH if other.by_hue else SWALLOWED_SHARE))
             if trial.by_hue and not other.by_hue and _alike(trial, other):
-                rivals.append(merit_of / AS_WELL)
+                rivals.append(merit_of / YIELDS)
         merits.append(0.0 if max(rivals, default=0.0) > own else own)
     order = np.argsort(-np.array(merits), kind="stable")
     taken: list[Trial] = []
@@ -219,7 +220,7 @@ def _sight_along(pictures: list[np.ndarray], trial: Trial, told: Told) -> Sight:
     linears = [to_linear(p, told.gamma) for p in pictures]
     axis, width, between = trial.axis, trial.width_px, trial.between
     followed = _follow(linears, axis, width, between, trial.by_hue)
-    if not trial.by_hue and followed[0].support < AS_WELL * trial.support:
+    if not trial.by_hue and followed[0].support < ASTRAY * trial.support:
         by_hue = _follow(linears, axis, width, between, by_hue=True)
         if by_hue[0].support > followed[0].support:
             followed = by_hue
