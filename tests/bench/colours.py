@@ -60,6 +60,7 @@ GROUNDS: dict[str, Colour] = {
     "green": (0.08, 0.2, 0.1),
 }
 MOST_ASIDE_DEG = 65.0  # the lamp
+GROUND_BEHIND_MM = 0.4, 1.6  # the strings
 TWO_COLOURS, GREY = 0.15, 0.15  # shares of the films
 # Luma and each channel's share of the light, within which of the ground's strands are as it is.
 AS_BRIGHT, AS_COLOURED = 0.3, 0.12
@@ -132,6 +133,9 @@ def drawn(seed: int) -> Film:
     if any(_vanishes(colour, beside, bool(changes["sensor.grey"])) for colour in colours):
         return drawn(seed + ANEW)
     turns = tuple(float(t) for t in np.sort(random.uniform(3.0, 14.0, 3)))
+    # A shadow falls away from the lamp, the farther the farther the ground lies behind.
+    cast = between(*GROUND_BEHIND_MM) / lamp[2]
+    changes["look.shadow_offset_mm"] = -cast * float(lamp[0]), -cast * float(lamp[1])
     strings = Strings(count=count, handedness=str(random.choice(["S", "Z"])))
     settings = make_settings(turns, look="front_lit", strings=strings, changes=STORED | changes)
     words = f"{count} {'+'.join(strands)} before {ground}, {view}, {_stored(changes)}"
