@@ -28,14 +28,10 @@ import numpy as np
 import pandas as pd
 
 from synth.build import make_settings
-from synth.recording import write_recording
 from synth.settings import Settings, Strings
 from tests.bench.scoring import HELD, held, rms
-from tests.measures.films import STORED
-from tsvision.images.frames import iter_frames, open_recording
+from tests.measures.films import STORED, measured_rows
 from tsvision.images.linear import LUMA_BGR
-from tsvision.measures.recording import Measurer, sample_pictures
-from tsvision.rig import load_rig
 
 Colour = tuple[float, float, float]
 STRANDS: dict[str, Colour] = {
@@ -157,15 +153,7 @@ def _stored(changes: Mapping[str, object]) -> str:
 
 def measured(film: Film, folder: Path) -> pd.DataFrame:
     """A row a frame: D, its sd and its error in px, its sense and whether that is right."""
-    write_recording(folder, film.settings)
-    recording = open_recording(folder, load_rig(folder / "rig.toml"))
-    measurer = Measurer(recording.rig)
-    measurer.prime(sample_pictures(recording, len(recording.files)))
-    rows = [
-        measurer.measure(frame, float(turns)).row
-        for frame, turns in zip(iter_frames(recording), recording.turns, strict=True)
-    ]
-    truth = pd.read_parquet(folder / "truth.parquet")["diameter_px"].to_numpy(float)
+    _, rows, truth = measured_rows(folder, film.settings)
     found = pd.DataFrame([vars(row) for row in rows])[
         ["diameter_px", "diameter_px_sd", "handedness"]
     ]

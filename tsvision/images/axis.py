@@ -16,6 +16,7 @@ import numba
 import numpy as np
 
 from tsvision.images.linear import to_linear
+from tsvision.images.shrink import shrunk
 
 COARSE_PX = 240  # long side of the picture in which lines are sought
 ANGLE_STEP_DEG = 3.0
@@ -82,8 +83,7 @@ def find_channels(pixels: np.ndarray) -> list[np.ndarray]:
 
 
 def _coarse(pixels: np.ndarray) -> np.ndarray:
-    factor = min(COARSE_PX / max(pixels.shape[:2]), 1.0)
-    return cv2.resize(pixels, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+    return shrunk(pixels, COARSE_PX / max(pixels.shape[:2]))
 
 
 def hue_off_ground(pixels: np.ndarray) -> list[np.ndarray]:

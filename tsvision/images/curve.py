@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
 from tsvision.images.axis import find_ridges
@@ -22,6 +21,7 @@ from tsvision.images.cord import SHORTEST_WIDTHS, cord_contrast, cord_map, core_
 from tsvision.images.linear import to_linear
 from tsvision.images.masks import mask_level, string_mask
 from tsvision.images.runs import leg_columns, single_columns
+from tsvision.images.shrink import shrunk
 from tsvision.images.sight import SEARCH_PX, Sight
 from tsvision.images.signal import LUMA
 from tsvision.images.spline import KNOT_WIDTHS, arc_of, smooth, spline_axis
@@ -111,7 +111,7 @@ def _find_on(
     x0, y0, w, h = roi_px if roi_px else (0, 0, shape[1], shape[0])
     parts = [p[y0 : y0 + h, x0 : x0 + w] for p in pictures]
     factor = min(1.0, FOLLOW_PX / max(parts[0].shape[:2]))
-    linears = [to_linear(_small(p, factor), sight.gamma) for p in parts]
+    linears = [to_linear(shrunk(p, factor), sight.gamma) for p in parts]
     bundle = _bundle_range(parts, sight, (x0, y0))
     line = _in_part(sight.axis, x0, y0, factor)
     coloured = learn_ground(linears[0])
@@ -154,7 +154,7 @@ def _straight_px(
     half = int(np.ceil(4.0 * width)) + 6
     lengths = []
     for picture in pictures:
-        linear = to_linear(_small(picture[y0 : y0 + h, x0 : x0 + w], factor), sight.gamma)
+        linear = to_linear(shrunk(picture[y0 : y0 + h, x0 : x0 + w], factor), sight.gamma)
         strip = cut_strip(linear, axis, (0.0, axis.length_px), half)
         contrast = straight_contrast(strip, sight.signal, width)
         level = max(mask_level(contrast, GROUND_FROM * width), sight.shadow_level)
@@ -178,7 +178,7 @@ def _bundle_range(
     half = int(np.ceil(4.0 * width)) + 6
     seen = []
     for part in parts:
-        linear = to_linear(_small(part, factor), sight.gamma)
+        linear = to_linear(shrunk(part, factor), sight.gamma)
         strip = cut_strip(linear, axis, (0.0, axis.length_px), half)
         contrast = straight_contrast(strip, sight.signal, width)
         mask = string_mask(contrast, 0.2 * width, mask_level(contrast, GROUND_FROM * width))
@@ -192,12 +192,6 @@ def _bundle_range(
     if after > before:
         return (last + margin) / factor, np.inf
     return -np.inf, (first - margin) / factor
-
-
-def _small(part: np.ndarray, factor: float) -> np.ndarray:
-    if factor >= 1.0:
-        return part
-    return cv2.resize(part, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
 
 
 def _in_part(axis: Axis, x0: float, y0: float, factor: float) -> np.ndarray:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
 from tsvision.images.axis import Ridge, find_ridges, hue_off_ground, unshaded
@@ -36,6 +35,7 @@ from tsvision.images.masks import masks_of
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.runs import extent_of, leg_spread
 from tsvision.images.seen import Seen, seen_by_hue, seen_in
+from tsvision.images.shrink import shrunk
 from tsvision.images.signal import Signal
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 from tsvision.images.telling import find_hue
@@ -148,7 +148,7 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
     shape = pictures[0].shape[:2]
     # Candidates are weighed on small pictures: only the winner is followed at full size.
     factor = min(1.0, SEARCH_PX / max(shape))
-    small = [to_linear(_shrunk(p, factor), told.gamma) for p in few]
+    small = [to_linear(shrunk(p, factor), told.gamma) for p in few]
 
     def tried(ridge: Ridge, beside: bool = len(small) > 1, **how: bool) -> Trial:
         axis = _scaled(line_of_ridge(ridge, shape, roi_px), factor)
@@ -306,12 +306,6 @@ def seen_by(sight: Sight, pictures: list[np.ndarray], signal: Signal) -> Sight:
         sight, signal=signal, sense=sense, shadow_level=shadow.level, some_dim=True, sunk=None,
         faint_tone=1.0, core_share=0.0,
     )  # fmt: skip
-
-
-def _shrunk(picture: np.ndarray, factor: float) -> np.ndarray:
-    if factor >= 1.0:
-        return picture
-    return cv2.resize(picture, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
 
 
 def _scaled(axis: Axis, factor: float) -> Axis:
