@@ -278,6 +278,17 @@ def test_shadow_level_lies_above_a_soft_border_only() -> None:
     assert 0.4 < find_shadow(np.maximum(strand, shadow) + noise, 26.0, 0.1).level < 0.7
 
 
+def test_strands_as_sharp_as_a_picture_can_be_are_no_shadow() -> None:
+    """Bare steps, clean enough to look far down for shadows: rows apart see all of a step at any
+    level, and by the steepness that would make of it half way up all borders were soft."""
+    n = np.arange(-40, 41)[:, None] + np.zeros(200)
+    noise = np.random.default_rng(1).normal(0.0, 0.004, n.shape)
+    strand = np.where(np.abs(n) < 10.5, 1.0, 0.0)
+    shadow = 0.45 / (1.0 + np.exp((np.abs(n - 16.0) - 12.0) / 3.0))
+    found = find_shadow(np.maximum(strand, shadow) + noise, 26.0, 0.09)
+    assert 0.4 < found.level < 0.6 and found.soft < 0.1
+
+
 def test_motion_is_where_the_strands_are() -> None:
     pictures = bundle_film((0.6, 0.6, 0.6), ((0.2, 0.2, 0.2),), 0.0, cable=True)
     motion = motion_picture(pictures)

@@ -17,6 +17,7 @@ DEEPEST = 0.7  # a mask that begins higher would lose the strands' own limbs
 DARKENS = 0.25  # contrast that black must have before shadows can be mistaken for strings
 SOFT = 0.35  # of the sharp edges' steepness: what is less steep is no strand's border
 MOST_SOFT = 0.2  # share of borders that may be soft
+NEARLY = 0.8  # of the steepness half way up: levels there tell how sharp borders are
 
 
 @dataclass(frozen=True)
@@ -60,10 +61,12 @@ def find_shadow(
     steps = [_steps(part, float(level)) for level in levels]
     if steps[0].size < 20:
         return Shadow(least, least, 0.0, least)
-    # A blurred step is steepest half way up.
+    # A blurred step is steepest half way up. Far from there rows apart see more of one that is as
+    # sharp as they lie close, and would call all else soft.
     shape = norm.pdf(norm.ppf(np.clip(levels, 0.05, 0.95))) / norm.pdf(0.0)
-    sharp = [np.percentile(s, 75.0) / f for s, f in zip(steps, shape, strict=True) if s.size >= 20]
-    limit = SOFT * max(sharp)
+    known = [(s, f) for s, f in zip(steps, shape, strict=True) if s.size >= 20]
+    half_up = NEARLY * max(f for _, f in known)
+    limit = SOFT * max(float(np.percentile(s, 75.0) / f) for s, f in known if f >= half_up)
     share = np.array(
         [(s < limit * f).mean() if s.size >= 20 else 1.0 for s, f in zip(steps, shape, strict=True)]
     )
