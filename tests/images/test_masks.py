@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+import pytest
 
 from tsvision.images.contrast import ROUGH
-from tsvision.images.masks import MASK_LEVEL, NO_SHADOW, masks_of
+from tsvision.images.masks import MASK_LEVEL, NO_SHADOW, masks_of, string_mask
+from tsvision.images.shadow import NO_SHADE, Shade
 from tsvision.images.signal import LUMA, summed
 from tsvision.images.strip import Strip
 
@@ -57,3 +59,45 @@ def test_a_dark_limb_is_no_shadow_of_a_hue_that_shadows_do_not_have() -> None:
     width = np.mean([np.median(mask.sum(axis=0)) for mask in masks])
     assert shadow.level < 0.05 + MASK_LEVEL / ROUGH
     assert width > 0.9 * BUNDLE_PX
+
+
+def glossy_strip(seed: int, side: int) -> Strip:
+    """Black strings that gleam, and beside them a shadow nearly as dark as the gleam: soft where it
+    ends, and they sharp on it."""
+    n, _ = np.mgrid[-HALF_PX : HALF_PX + 1, 0:COLUMNS].astype(float)
+    light = np.full(n.shape, 0.2)
+    shadow = np.where(np.abs(side * n - 12.0) < 14.0, 0.42, 0.0)
+    light *= 1.0 - cv2.GaussianBlur(shadow, (0, 0), 4.0)
+    light[np.abs(n) <= 0.5 * BUNDLE_PX] = 0.03
+    light[np.abs(n) <= 4.0] = 0.1
+    light = cv2.GaussianBlur(light, (0, 0), 0.8)
+    light += np.random.default_rng(seed).normal(0.0, 0.004, n.shape)
+    return Strip(light.astype(np.float32), 0.0, HALF_PX)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_shadow_nearly_as_dark_as_strings_that_gleam_is_left_out(side: int) -> None:
+    """Nothing up to what the gleam shows was sharp, the shadow was a part of the strings, and no
+    bundle was found that anyone sees (`colours --only 50`). Only where it lies are they asked for
+    more: there their limbs are black."""
+    strips = [glossy_strip(1, side), glossy_strip(2, side), glossy_strip(3, side)]
+    masks, shadow = masks_of(strips, LUMA, BUNDLE_PX, rough=False)
+    assert shadow.shade.side == side and shadow.shade.level > 0.7
+    assert shadow.shade.reversed() == Shade(-side, shadow.shade.level)
+    for mask in masks:
+        rows = np.flatnonzero(np.median(mask, axis=1)) - HALF_PX
+        assert (rows.min(), rows.max()) == pytest.approx((-10.0, 10.0), abs=1.0)
+
+
+def test_strings_end_where_they_are_dark_enough_on_the_shadow_s_side() -> None:
+    """What has nothing as dark in it is shadow, and all before the last that is stays."""
+    contrast = np.zeros((40, 3), np.float32)
+    contrast[5:15] = 0.7
+    contrast[20:35] = 0.7
+    contrast[22:26] = 1.5
+    plain = string_mask(contrast, 1.0, 0.4, NO_SHADE)
+    above = string_mask(contrast, 1.0, 0.4, Shade(1, 1.0))
+    below = string_mask(contrast, 1.0, 0.4, Shade(-1, 1.0))
+    assert np.flatnonzero(plain[:, 1]).tolist() == [*range(5, 15), *range(20, 35)]
+    assert np.flatnonzero(above[:, 1]).tolist() == [*range(20, 26)]
+    assert np.flatnonzero(below[:, 1]).tolist() == [*range(22, 35)]

@@ -158,7 +158,8 @@ def _straight_px(
         strip = cut_strip(linear, axis, (0.0, axis.length_px), half)
         contrast = straight_contrast(strip, sight.signal, width)
         level = max(mask_level(contrast, GROUND_FROM * width), sight.shadow_level)
-        lengths.append(single_columns(string_mask(contrast, 0.2 * width, level), half, width).sum())
+        mask = string_mask(contrast, 0.2 * width, level, sight.shade)
+        lengths.append(single_columns(mask, half, width).sum())
     return float(np.median(lengths)) / factor
 
 

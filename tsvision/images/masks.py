@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple
-
 import cv2
 import numba
 import numpy as np
 
 from tsvision.images.contrast import GROUND_FROM, ROUGH, scaled_contrast
 from tsvision.images.percentiles import median
-from tsvision.images.shadow import DARKENS, DEEPEST, NO_SHADOW, Shadow, find_shadow
+from tsvision.images.shadow import (
+    DARKENS,
+    DEEPEST,
+    NO_SHADE,
+    NO_SHADOW,
+    Shade,
+    Shadow,
+    find_shadow,
+    typical_shadow,
+)
 from tsvision.images.signal import Signal
 from tsvision.images.strip import Strip
 
@@ -33,17 +40,41 @@ def mask_level(contrast: np.ndarray, inner_px: float) -> float:
     return float(np.clip(5.0 * spread, 0.09, MASK_LEVEL))
 
 
-def string_mask(contrast: np.ndarray, thin_px: float, level: float) -> np.ndarray:
+def string_mask(
+    contrast: np.ndarray, thin_px: float, level: float, shade: Shade = NO_SHADE
+) -> np.ndarray:
     """Where strings lie in a contrast strip (core about 1): uint8 0/1, same shape.
 
     Valleys between strands are closed, fibres thinner than `thin_px` opened away. The shadow side
     of a strand can be darker than the ground (the negative part); a shadow on the ground is soft
-    and must be twice as strong to count.
+    and must be twice as strong to count. shade: on which side they end where they do not reach
+    more.
     """
-    raw = _stands_out(contrast, contrast.dtype.type(level))
     k = max(1, round(thin_px)) | 1
     kernel = np.ones((k, k), np.uint8)  # a square is separable, hence fast
-    return cv2.morphologyEx(cv2.morphologyEx(raw, cv2.MORPH_CLOSE, kernel), cv2.MORPH_OPEN, kernel)
+
+    def solid(level: float) -> np.ndarray:
+        raw = _stands_out(contrast, contrast.dtype.type(level))
+        closed = cv2.morphologyEx(raw, cv2.MORPH_CLOSE, kernel)
+        return cv2.morphologyEx(closed, cv2.MORPH_OPEN, kernel)
+
+    mask = solid(level)
+    if shade.side:
+        _end_at(mask, solid(shade.level), shade.side)
+    return mask
+
+
+@numba.njit(cache=True)
+def _end_at(mask, deep, side):  # pragma: no cover - compiled
+    """Take from every run of a mask's columns what lies beyond its last `deep` sample on one side:
+    all of it where there is none."""
+    rows, columns = mask.shape
+    reached = np.zeros(columns, np.bool_)
+    for i in range(rows):
+        r = rows - 1 - i if side > 0 else i
+        for c in range(columns):
+            reached[c] = mask[r, c] > 0 and (reached[c] or deep[r, c] > 0)
+            mask[r, c] = reached[c]
 
 
 @numba.njit(cache=True)
@@ -67,7 +98,9 @@ def _shadow_in(
     # Strands of several colours stand out by several amounts: only what is soft far down may go.
     deepest = core * (DEEPEST_CHROMA if signal.by_distance else DEEPEST)
     cast = deepest if signal.by_distance else core * max(black, MASK_LEVEL)
-    return find_shadow(contrast, inner_px, least, deepest, cast)
+    # Colours in blocks are soft as shadows are.
+    blackest = 0.0 if signal.in_colour else core * black
+    return find_shadow(contrast, inner_px, least, deepest, cast, blackest)
 
 
 def masks_of(
@@ -88,8 +121,8 @@ def masks_of(
         for (c, black, _), low, shows in zip(scaled, least, shown, strict=True)
         if shows
     ]
-    shadow = Shadow(*(float(v) for v in np.median([astuple(s) for s in shadows], axis=0)))
+    shadow = typical_shadow(shadows)
     return [
-        string_mask(c, 0.2 * width, max(low, shadow.level))
+        string_mask(c, 0.2 * width, max(low, shadow.level), shadow.shade)
         for (c, _, _), low in zip(scaled, least, strict=True)
     ], shadow

@@ -35,6 +35,7 @@ from tsvision.images.masks import masks_of
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.runs import extent_of, leg_spread
 from tsvision.images.seen import Seen, seen_by_hue, seen_in
+from tsvision.images.shadow import NO_SHADE, Shade
 from tsvision.images.shrink import shrunk
 from tsvision.images.signal import Signal
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
@@ -62,7 +63,8 @@ class Sight:
     axis: s = 0 where the strings' side of the picture begins (refined to the separator's face by
     the measures), growing towards the motor connector. signal: in which strings stand out, and
     sense: +1 where they have more of it than the ground. width_px: rough outer width of the bundle.
-    shadow_level: contrast below which cast shadows could be taken for strings (0: nowhere).
+    shadow_level: contrast below which cast shadows could be taken for strings (0: nowhere), and
+    shade: on which side they could up to a higher one.
     start_px, end_px: s between which strings may lie. connector_px: s of the connector's face,
     NaN when out of view. legs_seen: whether the separator's side was decided by the legs.
     some_dim: whether strands may lie in their own bundle's shadow. sunk: on which side limbs are
@@ -83,6 +85,7 @@ class Sight:
     separation: float
     gamma: float
     shadow_level: float = 0.0
+    shade: Shade = NO_SHADE
     some_dim: bool = True
     sunk: int | None = None
     faint_tone: float = 1.0
@@ -98,6 +101,7 @@ class Sight:
             end_px=length - self.start_px,
             connector_px=float("nan"),
             sunk=None if self.sunk is None else -self.sunk,
+            shade=self.shade.reversed(),
         )
 
 
@@ -245,8 +249,9 @@ def _sight_along(pictures: list[np.ndarray], trial: Trial, told: Told) -> Sight:
         flip = bool(
             np.subtract(told.along_px[1], told.along_px[0]) @ axis.tangent(np.array(0.0)) < 0
         )
+    shade = seen.shadow.shade
     if flip:
-        axis = axis.reversed()
+        axis, shade = axis.reversed(), shade.reversed()
         masks = [m[::-1, ::-1] for m in masks]
     start, end, connector = extent_of(masks, half, width)
     return Sight(
@@ -261,6 +266,7 @@ def _sight_along(pictures: list[np.ndarray], trial: Trial, told: Told) -> Sight:
         separation=seen.separation,
         gamma=told.gamma,
         shadow_level=seen.shadow.level,
+        shade=shade,
     )
 
 
@@ -303,8 +309,8 @@ def seen_by(sight: Sight, pictures: list[np.ndarray], signal: Signal) -> Sight:
     _, shadow = masks_of(strips, signal, width, rough=False)
     sense = 1 if core_of(strips, signal, width) >= 0 else -1
     return replace(
-        sight, signal=signal, sense=sense, shadow_level=shadow.level, some_dim=True, sunk=None,
-        faint_tone=1.0, core_share=0.0,
+        sight, signal=signal, sense=sense, shadow_level=shadow.level, shade=shadow.shade,
+        some_dim=True, sunk=None, faint_tone=1.0, core_share=0.0,
     )  # fmt: skip
 
 

@@ -38,7 +38,7 @@ def a_cut(reach: int) -> Cut:
         HALF,
         outline,
         core_level=1.0,
-        mask_level=0.5,
+        mask_levels=(0.5, 0.5),
         noise=0.01,
         saturated=0.0,
         dim=(none, none),

@@ -129,10 +129,10 @@ def test_a_side_that_hardly_has_the_masks_level_is_still_matched() -> None:
     strand_px = looks.diameter_px / looks.section.diameter_d
     cut = cut_frame(pixels, looks.sight, strand_px, looks.half_px)
     assert cut is not None
-    cut = replace(cut, mask_level=0.6)
+    cut = replace(cut, mask_levels=(0.6, 0.6))
     side = looks.shading[0]
-    weak = 0.99 * cut.mask_level * np.minimum(side.template / side.template.max(), 1.0)
-    weak[1.5 * side.rho_px < TEMPLATE_GRID_PX] = 1.01 * cut.mask_level
+    weak = 0.99 * cut.mask_levels[0] * np.minimum(side.template / side.template.max(), 1.0)
+    weak[1.5 * side.rho_px < TEMPLATE_GRID_PX] = 1.01 * cut.mask_levels[0]
     found = find_edges(cut, (replace(side, template=weak), looks.shading[1]))
     assert (found.upper_weight > 0.0).mean() > 0.5
 

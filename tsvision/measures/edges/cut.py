@@ -13,6 +13,7 @@ from tsvision.images.ground import nan_median
 from tsvision.images.linear import linear_signal, project, to_linear
 from tsvision.images.masks import MASK_LEVEL, mask_level
 from tsvision.images.percentiles import median, percentile
+from tsvision.images.shadow import NO_SHADE
 from tsvision.images.sight import Sight
 from tsvision.images.strip import Axis, cut_strip
 from tsvision.measures.edges.dim import dim_edges, sunk_edges
@@ -34,7 +35,8 @@ BLACK_STEP = 8  # columns apart that are asked what strands without light would 
 @dataclass(frozen=True)
 class Cut:
     """contrast (R, M): signal minus ground over the core's contrast; light (R, M): the signal
-    itself, linear; s_px (M,); half_px: n of the last row; dim: rows (M,) of the upper and lower
+    itself, linear; s_px (M,); half_px: n of the last row; mask_levels: contrast at which strings
+    begin above and below; dim: rows (M,) of the upper and lower
     borders of strands in the bundle's own shadow, NaN where none lie beyond the lit ones; sunk: on
     which side those are limbs darker than their ground, +1 above, -1 below, 0 on neither;
     in_colour: contrast is one of hue, not of luma; sampled (R, K) or (R, K, 3): what was
@@ -49,7 +51,7 @@ class Cut:
     half_px: int
     silhouette: Silhouette
     core_level: float
-    mask_level: float
+    mask_levels: tuple[float, float]
     noise: float
     saturated: float
     dim: tuple[np.ndarray, np.ndarray]
@@ -112,11 +114,11 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     if not np.isfinite(level) or abs(level) < max(1e-4, 1.5 * ground_noise):
         return None
     _scale(contrast, level * falloff_along(core / level, sight.width_px))
-    mask = max(mask_level(contrast, inner), sight.shadow_level)
+    mask, shade = max(mask_level(contrast, inner), sight.shadow_level), sight.shade
     if sight.faint_tone < 1.0:
         contrast = even_out(contrast, sight.width_px, strand_px, sight.faint_tone)
-        mask = MASK_LEVEL
-    silhouette = outline(contrast, sight.width_px, strand_px, 0, mask)
+        mask, shade = MASK_LEVEL, NO_SHADE
+    silhouette = outline(contrast, sight.width_px, strand_px, 0, mask, shade)
     # What is told by its colour, or by being darker, does not vanish where no light falls.
     none = np.full(contrast.shape[1], np.nan)
     dim, sunk = (none, none), 0
@@ -134,7 +136,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         half_px,
         silhouette,
         level,
-        mask,
+        shade.levels(mask),
         abs(ground_noise / level),
         _saturated(pixels, sight, strip.s_px[silhouette.bundle]),
         dim,

@@ -34,9 +34,10 @@ def rough_edges(cut: Cut) -> tuple[np.ndarray, np.ndarray]:
 
 def lit_edges(cut: Cut) -> tuple[np.ndarray, np.ndarray]:
     """Rows where the contrast falls through the mask level, upper and lower, (M,) each."""
-    seen, level = cut.silhouette, np.float32(cut.mask_level)
-    upper = _fallen(cut.contrast, seen.high + cut.half_px, 1, level)
-    lower = _fallen(cut.contrast, seen.low + cut.half_px, -1, level)
+    seen = cut.silhouette
+    above, below = cut.mask_levels
+    upper = _fallen(cut.contrast, seen.high + cut.half_px, 1, np.float32(above))
+    lower = _fallen(cut.contrast, seen.low + cut.half_px, -1, np.float32(below))
     return upper, lower
 
 
@@ -70,11 +71,12 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
     shades = shading if cut.sunk else _rising(shading)
     if cut.in_colour:  # a hue fades at a limb for other reasons than that no lamp reaches it
         shades = undivided(shades[0]), undivided(shades[1])
-    for rough, dim, outward, shade in zip(lit_edges(cut), cut.dim, (1, -1), shades, strict=True):
+    sides = zip(lit_edges(cut), cut.dim, (1, -1), shades, cut.mask_levels, strict=True)
+    for rough, dim, outward, shade, level in sides:
         # Under a wide blur the rough edge lies further out than a match finds back from, before a
         # limb without light further in. Not all the way: what lies between two strands is found
         # from outside.
-        reached = inside_at(shade, cut.mask_level)
+        reached = inside_at(shade, level)
         back = float(np.sign(reached)) * max(abs(reached) - FOUND_BACK_PX, 0.0)
         edge, weight = _matched(cut, rough, rough + outward * back, outward, shade)
         if reached > shade.rho_px:  # a dark limb, or a level that this side hardly has

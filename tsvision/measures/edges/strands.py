@@ -8,6 +8,7 @@ import numba
 import numpy as np
 
 from tsvision.images.masks import string_mask
+from tsvision.images.shadow import NO_SHADE, Shade
 from tsvision.measures.numeric.line import line_through
 
 # What two legs bound: wider than so many bundles, for so many widths at least; how much either runs
@@ -115,21 +116,27 @@ def _lit(contrast, above):  # pragma: no cover - compiled
 
 
 def outline(
-    contrast: np.ndarray, width_px: float, strand_px: float, start: int, level: float
+    contrast: np.ndarray,
+    width_px: float,
+    strand_px: float,
+    start: int,
+    level: float,
+    shade: Shade = NO_SHADE,
 ) -> Silhouette:
     """Rough outline of the strings in a contrast strip (R, M), core about 1.
 
-    width_px: bundle's outer width; strand_px: one strand; start: first column to consider.
+    width_px: bundle's outer width; strand_px: one strand; start: first column to consider; level,
+    shade: see `string_mask`.
     """
     half, columns = contrast.shape[0] // 2, contrast.shape[1]
-    mask = string_mask(contrast, max(0.4 * strand_px, 1.5), level)
+    mask = string_mask(contrast, max(0.4 * strand_px, 1.5), level, shade)
     framed = np.zeros((mask.shape[0] + 2, columns), np.uint8)
     framed[1:-1] = mask
     changes = np.flatnonzero(framed[1:] != framed[:-1])
     core = max(int(0.15 * width_px), 1)
     found = _columns(_runs(changes, columns), columns, half, core, 0.5 * width_px)
     low, high, run_low, run_high, distance = found
-    raw = _lit(contrast, np.float32(1.5 * level))
+    raw = _lit(contrast, np.float32(1.5 * max(level, shade.level)))
     with np.errstate(invalid="ignore"):
         cut = raw > (high - low + 1) + 0.25 * strand_px
         single = (distance < 0.3 * width_px) & (run_high - run_low + 1 > 0.3 * width_px)
