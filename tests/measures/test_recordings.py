@@ -112,7 +112,7 @@ def test_coiled_and_knotted_bundles(two: tuple[pd.DataFrame, pd.DataFrame]) -> N
     """At 30 turns the bundle coils, at 66 it is knotted. Measured: D within 0.05 px, the coil's
     amplitude within 2 %, the pitch within 0.2 % where the coils are even; beside knots, whose
     radius changes along the fit, 2.5 % too long, and stated to 2 %. There, where strings as thin
-    touch those of the next coil, D is 0.26 px of 15.5 thick, and 0.4 to 0.8 in films of 58 to 71
+    touch those of the next coil, D is 0.33 px of 15.5 thick, and 0.1 to 0.4 in films of 58 to 71
     turns: what lies in the notches is seen too far out."""
     rows, truth = (t.iloc[3:] for t in two)
     assert (rows["knot_count"] == truth["knot_count"]).all()
