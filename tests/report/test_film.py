@@ -33,6 +33,22 @@ def test_one_picture_a_frame_even_where_the_first_are_broken(tmp_path: Path) -> 
     assert not list(made.measure_dir.glob(".*"))
 
 
+def test_lines_are_drawn_after_a_large_picture_is_made_small(tmp_path: Path) -> None:
+    made = write_fake(tmp_path, turns=np.linspace(30, 60, 2), unreadable=None)
+    for file in made.recording_dir.glob("*.png"):
+        picture = cv2.imread(str(file))
+        below, beside = 3600 - picture.shape[0], 6000 - picture.shape[1]
+        large = cv2.copyMakeBorder(picture, 0, below, 0, beside, cv2.BORDER_CONSTANT)
+        cv2.imwrite(str(file), large)
+    path = write_overlay_video(made.measure_dir, open_recording(made.recording_dir))
+    with av.open(str(path)) as film:
+        last = [f.to_ndarray(format="bgr24") for f in film.decode(video=0)][-1]
+    assert last.shape[0] <= 1080
+    assert last.shape[1] <= 1920
+    green = np.abs(last.astype(int) - (115, 158, 0)).sum(axis=2) < 120  # the measured region
+    assert green.sum() > 60
+
+
 def test_film_runs_at_the_recording_s_own_rate(tmp_path: Path) -> None:
     made = write_fake(tmp_path, turns=np.linspace(0, 60, 4))
     recording = open_recording(made.recording_dir)

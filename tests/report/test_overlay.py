@@ -111,6 +111,14 @@ def test_zoom_keeps_pixel_centres_together() -> None:
     assert drawn_rows(picture, 540) == [3 * 52 + 1, 3 * 68 + 1]
 
 
+def test_a_picture_made_small_keeps_its_lines_a_pixel_wide() -> None:
+    frame = np.zeros((120, 240), np.uint8)
+    picture = draw_overlay(frame, ROW, straight_profile(), zoom=0.2, caption=False)
+    assert picture.shape == (24, 48, 3)
+    full = draw_overlay(frame, ROW, straight_profile(), zoom=1, caption=False)
+    assert picture[:, 36].max() > 0.6 * full[:, 180].max()
+
+
 def test_knot_box_spans_its_interval() -> None:
     knot = KnotSighting(2.5, 0.5, 1.0, centre_x_px=120.0, centre_y_px=62.0)
     (box,) = trace_frame(ROW, None, [knot]).knots

@@ -10,11 +10,16 @@ import numpy as np
 
 from tsvision.records import FrameRow, KnotSighting, Profile
 from tsvision.report import palette
-from tsvision.report.pictures import display_bgr
+from tsvision.report.pictures import display_bgr, resized
 from tsvision.report.trace import Trace, trace_frame
 
 _SHIFT = 4  # OpenCV draws at 1/16 px
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
+_SCALE = 0.6
+_PADDING_PX = 18
+_TALL_PX = cv2.getTextSize("A", _FONT, _SCALE, 1)[0][1]
+CAPTION_PX = _TALL_PX + _PADDING_PX
+"""Height of the strip above a picture that holds its numbers."""
 
 
 def draw_overlay(
@@ -22,7 +27,7 @@ def draw_overlay(
     row: FrameRow,
     profile: Profile | None = None,
     knots: Sequence[KnotSighting] = (),
-    zoom: int | None = None,
+    zoom: float | None = None,
     caption: bool = True,
     labels: Sequence[str] = (),
 ) -> np.ndarray:
@@ -30,20 +35,22 @@ def draw_overlay(
 
     `frame` is (H, W) or (H, W, 3) BGR, uint8 or uint16, and is not changed. Returns a new
     (zoom H + caption, zoom W, 3) uint8 BGR picture. `zoom` (default: 1 from 1200 px width on, else
-    2) enlarges first, so that a line of 1 px hides less of a thin bundle. The caption stands in a
-    strip above the picture and hides nothing. `labels` names the knots, in their order.
+    2) enlarges first, so that a line of 1 px hides less of a thin bundle; below 1 it makes a large
+    picture small first, for lines drawn before would be lost. The caption stands in a strip above
+    the picture and hides nothing. `labels` names the knots, in their order.
     """
-    zoom = zoom or (1 if frame.shape[1] >= 1200 else 2)
-    canvas = display_bgr(frame)
-    if zoom > 1:
-        canvas = cv2.resize(canvas, None, fx=zoom, fy=zoom, interpolation=cv2.INTER_CUBIC)
-    else:
-        canvas = canvas.copy()
+    zoom = zoom or own_zoom(frame.shape[1])
+    canvas = resized(display_bgr(frame), zoom)
     trace = trace_frame(row, profile, knots)
     _draw_trace(canvas, trace, zoom)
     if len(labels) == len(trace.knots):
         _draw_labels(canvas, trace.knots, labels, zoom)
     return with_caption(canvas, row) if caption else canvas
+
+
+def own_zoom(width_px: int) -> float:
+    """How much a picture is enlarged to be drawn on where nothing else asks."""
+    return 1.0 if width_px >= 1200 else 2.0
 
 
 def caption_text(row: FrameRow) -> str:
@@ -69,7 +76,7 @@ def caption_text(row: FrameRow) -> str:
     return "  ".join(parts)
 
 
-def _draw_trace(canvas: np.ndarray, trace: Trace, zoom: int) -> None:
+def _draw_trace(canvas: np.ndarray, trace: Trace, zoom: float) -> None:
     for line, colour in (
         (trace.axis, palette.AXIS),
         (trace.envelope_upper, palette.ENVELOPE),
@@ -85,21 +92,21 @@ def _draw_trace(canvas: np.ndarray, trace: Trace, zoom: int) -> None:
 
 
 def _draw_labels(
-    canvas: np.ndarray, boxes: Sequence[np.ndarray], labels: Sequence[str], zoom: int
+    canvas: np.ndarray, boxes: Sequence[np.ndarray], labels: Sequence[str], zoom: float
 ) -> None:
     """Each label above the top of its box, in the knots' colour on a dark rim."""
     for box, label in zip(boxes, labels, strict=True):
         x, y = box[:, 0].mean() * zoom, box[:, 1].min() * zoom - 6
-        size = 0.8 * zoom
+        size, stroke = 0.8 * max(zoom, 1.0), max(round(zoom), 1)
         at = (round(x - 9 * size * len(label)), max(round(y), round(24 * size)))
-        cv2.putText(canvas, label, at, _FONT, size, (0, 0, 0), 3 * zoom, cv2.LINE_AA)
-        cv2.putText(canvas, label, at, _FONT, size, palette.bgr(palette.KNOTS), zoom, cv2.LINE_AA)
+        cv2.putText(canvas, label, at, _FONT, size, (0, 0, 0), 3 * stroke, cv2.LINE_AA)
+        cv2.putText(canvas, label, at, _FONT, size, palette.bgr(palette.KNOTS), stroke, cv2.LINE_AA)
 
 
 def _polyline(
     canvas: np.ndarray,
     line: np.ndarray,
-    zoom: int,
+    zoom: float,
     colour: str,
     closed: bool = False,
     thickness: int = 1,
@@ -123,10 +130,9 @@ def finite_pieces(line: np.ndarray) -> list[np.ndarray]:
 def with_caption(canvas: np.ndarray, row: FrameRow) -> np.ndarray:
     """The picture under a strip with the row's numbers and a line in the phase's colour."""
     text, width = caption_text(row), canvas.shape[1]
-    scale = 0.6
-    (length, height), _ = cv2.getTextSize(text, _FONT, scale, 1)
-    scale *= min(1.0, (width - 16) / max(length, 1))
-    strip = np.zeros((height + 18, width, 3), np.uint8)
+    (length, _), _ = cv2.getTextSize(text, _FONT, _SCALE, 1)
+    scale = _SCALE * min(1.0, (width - 16) / max(length, 1))
+    strip = np.zeros((CAPTION_PX, width, 3), np.uint8)
     strip[-3:] = palette.bgr(palette.PHASES.get(palette.phase_key(row.phase), palette.GREY))
-    cv2.putText(strip, text, (8, height + 6), _FONT, scale, (255, 255, 255), 1, cv2.LINE_AA)
+    cv2.putText(strip, text, (8, _TALL_PX + 6), _FONT, scale, (255, 255, 255), 1, cv2.LINE_AA)
     return np.vstack([strip, canvas])

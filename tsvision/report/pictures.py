@@ -26,10 +26,16 @@ def display_bgr(pixels: np.ndarray) -> np.ndarray:
 def fit_within(picture: np.ndarray, width: int, height: int) -> np.ndarray:
     """Shrink (never enlarge) so that the picture fits into width × height px."""
     factor = min(1.0, width / picture.shape[1], height / picture.shape[0])
+    return picture if factor == 1.0 else resized(picture, factor)
+
+
+def resized(picture: np.ndarray, factor: float) -> np.ndarray:
+    """A new picture, `factor` times as large."""
     if factor == 1.0:
-        return picture
+        return picture.copy()
     size = (max(1, round(picture.shape[1] * factor)), max(1, round(picture.shape[0] * factor)))
-    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+    way = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
+    return cv2.resize(picture, size, interpolation=way)
 
 
 def jpeg_within(picture: np.ndarray, budget_bytes: int) -> bytes:

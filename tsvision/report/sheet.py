@@ -36,7 +36,7 @@ def write_sheet(
     measured = read_measured(Path(measure_dir))
     path = Path(out) if out else measured.folder / SHEET_NAME
     chosen = shown.choose(len(measured.frames), most)
-    tiles = _tiles(measured, recording, chosen)
+    tiles = _tiles(measured, recording, chosen, width_px)
     if not tiles:
         raise InputError(
             f"{recording.source}: no frame could be decoded; nothing to put on a sheet"
@@ -53,9 +53,8 @@ def write_sheet(
 def lay_out(tiles: Sequence[np.ndarray], rows_of: Sequence[FrameRow], width_px: int) -> np.ndarray:
     """Tiles (any sizes, BGR), each under its caption, in as many columns as make the sheet
     about 4 : 3, on white."""
-    aspect = max(t.shape[1] for t in tiles) / max(t.shape[0] for t in tiles)
-    columns = max(1, min(len(tiles), round(math.sqrt(len(tiles) * 4 / 3 / aspect))))
-    room = (width_px - _GAP_PX * (columns + 1)) // columns
+    tallest, widest = (max(t.shape[i] for t in tiles) for i in (0, 1))
+    columns, room = _columns(len(tiles), widest / tallest, width_px)
     small = [
         with_caption(fit_within(t, room, 10**6), r) for t, r in zip(tiles, rows_of, strict=True)
     ]
@@ -69,8 +68,14 @@ def lay_out(tiles: Sequence[np.ndarray], rows_of: Sequence[FrameRow], width_px: 
     return sheet
 
 
+def _columns(tiles: int, aspect: float, width_px: int) -> tuple[int, int]:
+    """How many columns make a sheet about 4 : 3, and the width of one in px."""
+    columns = max(1, min(tiles, round(math.sqrt(tiles * 4 / 3 / aspect))))
+    return columns, (width_px - _GAP_PX * (columns + 1)) // columns
+
+
 def _tiles(
-    measured: Measured, recording: Recording, chosen: list[int]
+    measured: Measured, recording: Recording, chosen: list[int], width_px: int
 ) -> list[tuple[np.ndarray, FrameRow]]:
     frames = shown.frames_at(recording, measured.frames, chosen)
     rows = [measured.row(i) for i in chosen]
@@ -84,6 +89,10 @@ def _tiles(
             continue
         x0, y0, x1, y1 = shown.window_px(traces, frame.pixels.shape[1], frame.pixels.shape[0])
         labels = measured.track_labels(row.frame)
-        drawn = draw_overlay(frame.pixels, row, profile, seen, zoom=2, caption=False, labels=labels)
-        tiles.append((drawn[2 * y0 : 2 * y1, 2 * x0 : 2 * x1], row))
+        # Drawn no larger than shown: lines drawn before a picture is made small are lost.
+        _, room = _columns(len(chosen), (x1 - x0) / (y1 - y0), width_px)
+        zoom = min(2.0, room / (x1 - x0))
+        drawn = draw_overlay(frame.pixels, row, profile, seen, zoom, caption=False, labels=labels)
+        top, bottom, left, right = (round(zoom * at) for at in (y0, y1, x0, x1))
+        tiles.append((drawn[top:bottom, left:right], row))
     return tiles

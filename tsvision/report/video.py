@@ -14,7 +14,7 @@ from tsvision.atomic import telling_what_failed
 from tsvision.errors import InputError
 from tsvision.records import Recording
 from tsvision.report.measured import Measured, read_measured
-from tsvision.report.overlay import draw_overlay
+from tsvision.report.overlay import CAPTION_PX, draw_overlay, own_zoom
 from tsvision.report.pictures import display_bgr, fit_within
 
 VIDEO_NAME = "overlay.mp4"
@@ -82,7 +82,9 @@ def _overlay(
     row = measured.row(index)
     profile = measured.profile(row)
     labels = measured.track_labels(row.frame)
-    return draw_overlay(canvas, row, profile, measured.sightings(row.frame), labels=labels)
+    seen = measured.sightings(row.frame)
+    room = min(_WIDEST_PX / size[1], (_HIGHEST_PX - CAPTION_PX) / size[0])
+    return draw_overlay(canvas, row, profile, seen, min(own_zoom(size[1]), room), labels=labels)
 
 
 def _encode(path: Path, pictures: Iterator[np.ndarray], rate: float) -> None:
