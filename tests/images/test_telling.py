@@ -129,6 +129,20 @@ def test_a_connector_brighter_than_the_ground_makes_dark_strands_no_pair() -> No
     assert not are_both_ways([strip(1.0)], 6.0)
 
 
+@pytest.mark.parametrize("black", [0.03, 0.5])
+def test_strands_darker_than_an_uneven_ground_are_seen_in_noise(black: float) -> None:
+    """Cream and black before dark grey with a lit side, half as much light off black strands as off
+    the ground, in noise (`wild 1276`): D was 1 px of 27 off and stated to 6, of the cream strands
+    alone."""
+    random = np.random.default_rng(7)
+    columns = np.arange(600)
+    values = np.linspace(0.09, 0.055, 600) + np.zeros((61, 1))
+    values[24:37] = np.where(np.sin(2 * np.pi * columns / 31) > 0, 0.5, black)
+    values = values + random.normal(0.0, 0.01, values.shape)
+    strip = Strip(values.astype(np.float32), 0.0, 30)
+    assert are_both_ways([strip], 6.0) == (black < 0.055)
+
+
 def test_a_plate_across_the_view_is_not_what_stands_out_on_the_axis() -> None:
     """Black strings in a film of the separator: they lie on the axis for a third of its length, and
     its lavender plate for a fifth. The plate's hue was sought, and a leg measured."""

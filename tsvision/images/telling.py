@@ -15,6 +15,7 @@ from tsvision.images.strip import Strip, averaged
 
 FEWEST = 10  # samples
 CALM = 6.0  # a half core in sides of the squares over which noise is averaged
+CALMER = 3.0  # the same where strands brighter and darker than the ground are looked for
 # Difference of neighbours on the ground, of what strings differ from it by, from which pictures are
 # noisy (1.4 times the noise of a pixel), and every which row of it is asked.
 NOISY, NEIGHBOURS = 0.14, 3
@@ -52,8 +53,8 @@ LIMB = 0.25  # of the strings' light
 AS_FAR = 0.9  # of the separation that one hue reaches: from which another may show limbs better
 
 # Spreads of the ground's light from which strands are brighter or darker; the least share of either
-# in a window of so many half cores where both wind about each other; how many windows show both.
-CLEARLY, OF_EITHER, WINDOW, MOSTLY_MIXED = 4.0, 0.2, 6.0, 0.4
+# in a window of so many half cores where both wind about each other.
+CLEARLY, OF_EITHER, WINDOW = 4.0, 0.2, 6.0
 
 
 def find_signal(
@@ -78,7 +79,7 @@ def _told(
 ) -> tuple[Signal, float]:
     """`find_signal`, however noisy the pictures are. calm: the strips without their noise."""
     if strips[0].values.ndim == 2:
-        return DISTANCE if are_both_ways(calm, half_core) else LUMA, float("nan")
+        return DISTANCE if are_both_ways(strips, half_core) else LUMA, float("nan")
     inner, outer = _samples(strips, half_core, between)
     if min(len(inner), len(outer)) < FEWEST:
         return LUMA, float("nan")
@@ -89,7 +90,7 @@ def _told(
         return DISTANCE, separation
     if many_coloured(_windows(strips, half_core), outer):
         return distance_for(inner, outer), separation
-    if are_both_ways(calm, half_core):
+    if are_both_ways(strips, half_core):
         return DISTANCE, separation
     if loses_limbs(weights, strings, ground):
         hue, apart = shadeless_weights(strings, ground)
@@ -136,9 +137,9 @@ def _samples(strips: list[Strip], half_core: float, between: bool) -> tuple[np.n
     return inner[~np.isnan(inner).any(1)], outer[~np.isnan(outer).any(1)]
 
 
-def _side_px(half_core: float) -> int:
+def _side_px(half_core: float, parts: float = CALM) -> int:
     """Side of squares much smaller than strands."""
-    return max(round(half_core / CALM), 1)
+    return max(round(half_core / parts), 1)
 
 
 def _calmed(strip: Strip, half_core: float) -> Strip:
@@ -295,18 +296,26 @@ def distance_for(inner: np.ndarray, outer: np.ndarray) -> Signal:
 def are_both_ways(strips: list[Strip], half_core: float) -> bool:
     """Whether strands brighter than the ground wind about darker ones, black and white on grey.
 
-    Both are then found in every few widths of the axis; a connector and the strings before it, or
-    the gleam of dark strings, are not.
+    Both are then found in many of the windows of the axis that show strings; a connector and the
+    strings before it, or the gleam of dark strings, are not.
     """
-    mixed = []
+    shown, both = 0, 0
     for strip in strips:
-        axis, outer = (project(rows, LUMA_BGR) for rows in _rows(strip, half_core))
-        outer = outer[np.isfinite(outer)]
-        if not outer.size:
-            continue
-        ground = float(np.median(outer))
-        least = CLEARLY * _spread(np.abs(outer - ground))
-        for stretch in _stretches(axis, half_core):
-            some = stretch - ground
-            mixed.append(min((some > least).mean(), (some < -least).mean()) > OF_EITHER)
-    return len(mixed) > 0 and float(np.mean(mixed)) > MOSTLY_MIXED
+        calm = replace(strip, values=averaged(strip.values, _side_px(half_core, CALMER)))
+        axis, outer = (project(rows, LUMA_BGR) for rows in _rows(calm, half_core))
+        away, spreads = [], []
+        # From the ground beside them: that of a whole picture is less even.
+        for some, beside in zip(
+            _stretches(axis, half_core), _stretches(outer, half_core), strict=True
+        ):
+            known = beside[np.isfinite(beside)]
+            if known.size:
+                ground = float(np.median(known))
+                away.append(some - ground)
+                spreads.append(float(_spread(np.abs(known - ground))))
+        least = CLEARLY * float(np.median(spreads)) if spreads else np.inf
+        shares = np.array([[(a > least).mean(), (a < -least).mean()] for a in away]).reshape(-1, 2)
+        often = shares > OF_EITHER
+        shown += int(often.any(axis=1).sum())
+        both += int(often.all(axis=1).sum())
+    return shown > 0 and both / shown > OFTEN

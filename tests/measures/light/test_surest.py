@@ -23,6 +23,7 @@ from tsvision.measures.light.learnt import cut_alike, cut_all, learn_edges
 from tsvision.measures.light.profiles import black_of
 from tsvision.measures.light.rounds import EdgeLook, Round, less_sure
 from tsvision.measures.light.surest import (
+    _is_often_seen,
     _is_seen,
     _joined,
     _shows_better,
@@ -336,3 +337,13 @@ def test_brightness_has_to_show_strings() -> None:
     assert _is_seen(look_of(0.05, diameter_px=17.2, matched=0.17), colour)
     assert not _is_seen(look_of(0.05, diameter_px=58.0, frames=7, matched=0.07), colour)
     assert not _is_seen(look_of(0.05, frames=0), colour)
+
+
+def test_gleams_are_not_strings_that_brightness_shows() -> None:
+    """Six red strings before dark grey: brightness found a helix 32 px wide in three columns of
+    ten, a hue one of 40 px in nearly all, and no D was given (`colours --only 217`)."""
+    hue = look_of(0.35, diameter_px=40.3, matched=0.95)
+    gleams = look_of(2.0, diameter_px=31.9, matched=0.3)
+    assert _is_seen(gleams, hue)
+    assert not _is_often_seen(gleams, hue)
+    assert _is_often_seen(having(gleams, matched=0.8), hue)

@@ -48,6 +48,7 @@ LEAST_COST_PX2 = 1e-3  # of edges that fit: less is noise
 # Share of the columns whose edges were found, and times as wide as by colour: what shows fewer and
 # is wider or narrower is no bundle.
 LEAST_MATCHED, ALIKE = 0.2, 1.3
+AS_OFTEN = 0.5  # of the columns whose edges a hue shows, those that brightness has to show as well
 MISSED_PX = 1.0  # as much off as this counts an edge that was not found, or in no frame's fit
 
 
@@ -88,8 +89,8 @@ def _by_hue(bright: Learnt, section: Section, half_px: int) -> tuple[Learnt, Lea
     hue = _learnt_by(signal, bright, section, half_px) if apart > HUE_APART else None
     if hue is None or not _is_surer(hue.edge, bright.edge):
         return bright, None
-    is_seen = _is_seen(bright.edge, hue.edge)
-    if is_seen and not _is_hue(hue, bright.edge.shading[0].blur_px):
+    often_seen = _is_often_seen(bright.edge, hue.edge)
+    if often_seen and not _is_hue(hue, bright.edge.shading[0].blur_px):
         return bright, None
     return hue, bright
 
@@ -225,6 +226,13 @@ def _is_seen(bright: EdgeLook, colour: EdgeLook) -> bool:
     width fits some few edges of anything."""
     alike = 1.0 / ALIKE < bright.diameter_px / colour.diameter_px < ALIKE
     return bright.last.frames > 0 and (alike or bright.last.matched > LEAST_MATCHED)
+
+
+def _is_often_seen(bright: EdgeLook, hue: EdgeLook) -> bool:
+    """Whether brightness shows strings in many of the columns where a hue does: what gleams of them
+    before a dark ground is seen in a few, and no helix of their own."""
+    often = bright.last.matched > AS_OFTEN * hue.last.matched
+    return often and _is_seen(bright, hue)
 
 
 def _is_whole(bright: EdgeLook, colour: EdgeLook) -> bool:
