@@ -9,7 +9,7 @@ import pytest
 
 from tsvision.records import FrameRow, KnotSighting, Profile
 from tsvision.report import palette
-from tsvision.report.overlay import caption_text, draw_overlay, finite_pieces
+from tsvision.report.overlay import caption_text, draw_overlay, finite_pieces, with_caption
 from tsvision.report.trace import trace_frame
 
 ROW = FrameRow(
@@ -141,6 +141,17 @@ def test_a_frame_where_nothing_was_found_is_shown_bare(dtype: type) -> None:
     assert picture.shape == (40, 60, 3)
     assert picture.dtype == np.uint8
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) == 2
+
+
+@pytest.mark.parametrize("width", [300, 400, 588, 700])
+def test_a_caption_is_never_cut_off(width: int) -> None:
+    row = FrameRow(1, "x.png", turns=8.531, phase="overtwist", knot_count=0.0)
+    row = replace(
+        row, diameter_mm=0.899, diameter_mm_sd=0.035, helix_angle_rad=0.88, handedness="Z"
+    )
+    canvas = np.zeros((10, width, 3), np.uint8)
+    drawn = np.flatnonzero(with_caption(canvas, row)[:-13].max(axis=(0, 2)))
+    assert 0.5 * width < drawn[-1] < width - 8
 
 
 def test_missing_samples_break_the_line() -> None:

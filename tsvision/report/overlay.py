@@ -15,7 +15,7 @@ from tsvision.report.trace import Trace, trace_frame
 
 _SHIFT = 4  # OpenCV draws at 1/16 px
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
-_SCALE = 0.6
+_SCALE, _SMALLEST = 0.6, 0.1
 _PADDING_PX = 18
 _TALL_PX = cv2.getTextSize("A", _FONT, _SCALE, 1)[0][1]
 CAPTION_PX = _TALL_PX + _PADDING_PX
@@ -130,8 +130,10 @@ def finite_pieces(line: np.ndarray) -> list[np.ndarray]:
 def with_caption(canvas: np.ndarray, row: FrameRow) -> np.ndarray:
     """The picture under a strip with the row's numbers and a line in the phase's colour."""
     text, width = caption_text(row), canvas.shape[1]
-    (length, _), _ = cv2.getTextSize(text, _FONT, _SCALE, 1)
-    scale = _SCALE * min(1.0, (width - 16) / max(length, 1))
+    scale = _SCALE
+    # Letters keep to whole pixels: their length does not shrink in step.
+    while cv2.getTextSize(text, _FONT, scale, 1)[0][0] > width - 16 and scale > _SMALLEST:
+        scale *= 0.95
     strip = np.zeros((CAPTION_PX, width, 3), np.uint8)
     strip[-3:] = palette.bgr(palette.PHASES.get(palette.phase_key(row.phase), palette.GREY))
     cv2.putText(strip, text, (8, _TALL_PX + 6), _FONT, scale, (255, 255, 255), 1, cv2.LINE_AA)
