@@ -142,9 +142,9 @@ def _side_px(half_core: float, parts: float = CALM) -> int:
     return max(round(half_core / parts), 1)
 
 
-def _calmed(strip: Strip, half_core: float) -> Strip:
+def _calmed(strip: Strip, half_core: float, parts: float = CALM) -> Strip:
     """A strip without the pixels' noise, which hides what strands of several kinds have apart."""
-    return replace(strip, values=averaged(strip.values, _side_px(half_core)))
+    return replace(strip, values=averaged(strip.values, _side_px(half_core, parts)))
 
 
 def _is_noisy(strips: list[Strip], calm: list[Strip], half_core: float) -> bool:
@@ -301,7 +301,7 @@ def are_both_ways(strips: list[Strip], half_core: float) -> bool:
     """
     shown, both = 0, 0
     for strip in strips:
-        calm = replace(strip, values=averaged(strip.values, _side_px(half_core, CALMER)))
+        calm = _calmed(strip, half_core, CALMER)
         axis, outer = (project(rows, LUMA_BGR) for rows in _rows(calm, half_core))
         away, spreads = [], []
         # From the ground beside them: that of a whole picture is less even.
@@ -314,8 +314,8 @@ def are_both_ways(strips: list[Strip], half_core: float) -> bool:
                 away.append(some - ground)
                 spreads.append(float(_spread(np.abs(known - ground))))
         least = CLEARLY * float(np.median(spreads)) if spreads else np.inf
-        shares = np.array([[(a > least).mean(), (a < -least).mean()] for a in away]).reshape(-1, 2)
-        often = shares > OF_EITHER
-        shown += int(often.any(axis=1).sum())
-        both += int(often.all(axis=1).sum())
+        for some in away:
+            brighter, darker = ((way * some > least).mean() > OF_EITHER for way in (1, -1))
+            shown += int(brighter or darker)
+            both += int(brighter and darker)
     return shown > 0 and both / shown > OFTEN
