@@ -26,6 +26,7 @@ FLOOR = 2e-3  # of full light: what the ground varies by at least
 # With few turns the axis runs between legs most of the way: what shows half of what the strongest
 # tenth of the columns do is the bundle's.
 STRONGEST, BUNDLE = 90.0, 0.5
+CLOSE_BY = 1.5  # half cores from the axis, beyond which a connector lies, but no bundle
 
 OTHER_HUE = 4.0  # spreads of the ground's hue from which strings are of another
 SEVERAL_HUES = 0.35  # spread of the colour's direction from which strands are of several colours
@@ -55,6 +56,9 @@ AS_FAR = 0.9  # of the separation that one hue reaches: from which another may s
 # Spreads of the ground's light from which strands are brighter or darker; the least share of either
 # in a window of so many half cores where both wind about each other.
 CLEARLY, OF_EITHER, WINDOW = 4.0, 0.2, 6.0
+# Of what two kinds differ by, what the two sides of the axis differ by in the mean of all windows
+# where one lies beside the other: strings and their shadow, or ground. Strands change sides.
+BESIDE = 0.6
 
 
 def find_signal(
@@ -130,7 +134,7 @@ def _samples(strips: list[Strip], half_core: float, between: bool) -> tuple[np.n
     core, ground = [], []
     for strip in strips:
         axis, beside = _rows(strip, half_core)
-        inner = _off_ground(axis, beside) if between else axis
+        inner = _of_strings(strip, half_core) if between else axis
         core.append(_some(inner.reshape(-1, 3)))
         ground.append(_some(beside.reshape(-1, 3)))
     inner, outer = np.concatenate(core), np.concatenate(ground)
@@ -181,49 +185,82 @@ def _stretches(axis: np.ndarray, half_core: float) -> Iterator[np.ndarray]:
 
 
 def _windows(strips: list[Strip], half_core: float) -> list[np.ndarray]:
-    """Colours (K, 3) in each stretch of the axis of some strips."""
-    found = []
-    for strip in strips:
-        found += [_known(s) for s in _stretches(_rows(strip, half_core)[0], half_core)]
-    return found
+    """Colours (K, M, 3) in each stretch of the axis of some strips, from one side to the other."""
+    return [
+        stretch for strip in strips for stretch in _stretches(_rows(strip, half_core)[0], half_core)
+    ]
+
+
+def _across(values: np.ndarray, which: np.ndarray) -> np.ndarray:
+    """By how much values (K, M, ...) differ from one side of the axis, where their rows begin, to
+    the other, of those (K, M) asked for; 0 where one side has none."""
+    half = len(values) // 2
+    sides = values[:half][which[:half]], values[-half:][which[-half:]]
+    if min(len(side) for side in sides) == 0:
+        return np.zeros(values.shape[2:])
+    return np.asarray(sides[0].mean(axis=0) - sides[1].mean(axis=0))
+
+
+def _lie_beside(across: list[np.ndarray], apart: list[float]) -> bool:
+    """Whether what differs so much from one side of the axis to the other, window by window, does
+    so all along, by a fair part of what it is apart."""
+    return bool(np.linalg.norm(np.mean(across, axis=0)) > BESIDE * np.mean(apart))
 
 
 def _some(samples: np.ndarray) -> np.ndarray:
     return samples[:: max(1, len(samples) // SAMPLES)]
 
 
-def _off_ground(axis: np.ndarray, beside: np.ndarray) -> np.ndarray:
-    """Those columns of what lies on the axis (K, M, 3) that are unlike what lies beside it there
-    (R, M, 3): the separator's plate, which lies across the strip, is not."""
-    some = beside[:: max(1, len(beside) // ROWS)]
-    ground = np.stack([nan_median(some[..., c]) for c in range(3)], axis=1)
-    away = np.linalg.norm(np.median(axis, axis=0) - ground, axis=1)
-    known = np.isfinite(away)
-    if not known.any():
+def _of_strings(strip: Strip, half_core: float) -> np.ndarray:
+    """Those columns of what lies on a strip's axis (K, M, 3) that stand out from what lies beside
+    it there as the bundle does. The separator's plate, which lies across the strip, does not; and a
+    connector stands out by as much on either side of a bundle's width."""
+    axis, beside = _rows(strip, half_core)
+    ground = _middle(beside[:: max(1, len(beside) // ROWS)])
+    close_by = max(round(CLOSE_BY * half_core), 1), max(round(GROUND * half_core), 2)
+    sides = (
+        strip.values[strip.half_px - close_by[1] : strip.half_px - close_by[0]],
+        strip.values[strip.half_px + close_by[0] + 1 : strip.half_px + close_by[1] + 1],
+    )
+    away, *wide = (np.linalg.norm(_middle(rows) - ground, axis=1) for rows in (axis, *sides))
+    shown = np.isfinite(away) & ~(np.minimum(*wide) > BUNDLE * away)
+    if not shown.any():
         return axis
-    return axis[:, known][:, of_bundle(away[known])]
+    return axis[:, shown][:, of_bundle(away[shown])]
+
+
+def _middle(rows: np.ndarray) -> np.ndarray:
+    """Median colour (M, 3) of every column of some rows (R, M, 3)."""
+    return np.stack([nan_median(rows[..., c]) for c in range(3)], axis=1)
 
 
 def many_coloured(windows: list[np.ndarray], outer: np.ndarray) -> bool:
     """Whether strands of several hues wind about each other: in many of the stretches of the axis
     that show strings their chromaticity, which shading leaves alone, spreads. A connector, a plate
-    and the strings before them are each of their own.
+    and the strings before them are each of their own. Strings and their shadow on a ground of
+    another hue lie side by side.
 
-    windows: of (n, 3) linear BGR on the axis, outer (m, 3) beside it.
+    windows: of (K, M, 3) linear BGR on the axis, outer (m, 3) beside it.
     """
     ground = np.median(outer, axis=0)
     spread = _spread(np.abs(outer - ground))
     # On a ground of uneven brightness strings are told by hue alone.
     middle, typical = _ground_hue(outer)
-    spreads = []
+    shown, spreads, across = 0, [], []
     for some in windows:
-        far = np.sqrt((((some - ground) / spread) ** 2).mean(axis=1)) > FAR
-        other = np.linalg.norm(_hue_of(some) - middle, axis=1) > OTHER_HUE * typical
-        strings = some[(far | other) & (some.sum(axis=1) > LIT)]
-        if len(strings) > max(OF_WINDOW * len(some), 4):
-            low, high = np.percentile(_hue_of(strings), [25.0, 75.0], axis=0)
-            spreads.append(float(np.linalg.norm(high - low)))
-    return len(spreads) > 0 and float(np.mean(np.array(spreads) > SEVERAL_HUES)) > OFTEN
+        hues = _hue_of(some)
+        far = np.sqrt((((some - ground) / spread) ** 2).mean(axis=-1)) > FAR
+        other = np.linalg.norm(hues - middle, axis=-1) > OTHER_HUE * typical
+        strings = (far | other) & (some.sum(axis=-1) > LIT)
+        if strings.sum() <= max(OF_WINDOW * np.isfinite(some[..., 0]).sum(), 4):
+            continue
+        shown += 1
+        low, high = np.percentile(hues[strings], [25.0, 75.0], axis=0)
+        apart = float(np.linalg.norm(high - low))
+        if apart > SEVERAL_HUES:
+            spreads.append(apart)
+            across.append(_across(hues, strings))
+    return shown > 0 and len(spreads) / shown > OFTEN and not _lie_beside(across, spreads)
 
 
 def black_among(windows: list[np.ndarray], outer: np.ndarray) -> bool:
@@ -237,14 +274,17 @@ def black_among(windows: list[np.ndarray], outer: np.ndarray) -> bool:
     if ground.sum() < 2.0 * LIT:
         return False
     hue, typical = _ground_hue(outer)
-    shown, both = 0, 0
+    shown, across = 0, []
     for some in windows:
-        dark = some.sum(axis=1) < LIT
-        other = ~dark & (np.linalg.norm(_hue_of(some) - hue, axis=1) > OTHER_HUE * typical)
-        if other.sum() > OF_EITHER * len(some):
+        known = np.isfinite(some).all(axis=-1)
+        dark = some.sum(axis=-1) < LIT
+        other = ~dark & (np.linalg.norm(_hue_of(some) - hue, axis=-1) > OTHER_HUE * typical)
+        if other.sum() > OF_EITHER * known.sum():
             shown += 1
-            both += int(dark.mean() > BLACK and not _has_hue_of(some[dark], some[other]))
-    return shown > 0 and both / shown > OFTEN
+            black = dark.sum() > BLACK * known.sum()
+            if black and not _has_hue_of(some[dark], some[other]):
+                across.append(_across(dark.astype(float), dark | other))
+    return shown > 0 and len(across) / shown > OFTEN and not _lie_beside(across, [1.0])
 
 
 def _has_hue_of(dark: np.ndarray, strings: np.ndarray) -> bool:
@@ -268,7 +308,7 @@ def _spread(away: np.ndarray) -> np.ndarray:
 
 
 def _hue_of(samples: np.ndarray) -> np.ndarray:
-    return samples / np.maximum(np.linalg.norm(samples, axis=1, keepdims=True), 1e-9)
+    return samples / np.maximum(np.linalg.norm(samples, axis=-1, keepdims=True), 1e-9)
 
 
 def distance_for(inner: np.ndarray, outer: np.ndarray) -> Signal:
@@ -296,10 +336,11 @@ def distance_for(inner: np.ndarray, outer: np.ndarray) -> Signal:
 def are_both_ways(strips: list[Strip], half_core: float) -> bool:
     """Whether strands brighter than the ground wind about darker ones, black and white on grey.
 
-    Both are then found in many of the windows of the axis that show strings; a connector and the
-    strings before it, or the gleam of dark strings, are not.
+    Both are then found in many of the windows of the axis that show strings, now on one side of it
+    and now on the other; a connector and the strings before it, the gleam of dark strings, or the
+    shadow of bright ones, are not.
     """
-    shown, both = 0, 0
+    shown, across = 0, []
     for strip in strips:
         calm = _calmed(strip, half_core, CALMER)
         axis, outer = (project(rows, LUMA_BGR) for rows in _rows(calm, half_core))
@@ -317,5 +358,6 @@ def are_both_ways(strips: list[Strip], half_core: float) -> bool:
         for some in away:
             brighter, darker = ((way * some > least).mean() > OF_EITHER for way in (1, -1))
             shown += int(brighter or darker)
-            both += int(brighter and darker)
-    return shown > 0 and both / shown > OFTEN
+            if brighter and darker:
+                across.append(_across((some > 0.0).astype(float), np.abs(some) > least))
+    return shown > 0 and len(across) / shown > OFTEN and not _lie_beside(across, [1.0])
