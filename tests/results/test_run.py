@@ -16,7 +16,7 @@ import pytest
 
 from tsvision.errors import InputError
 from tsvision.records import FrameResult, Recording
-from tsvision.results import read_measurement
+from tsvision.results import read_measurement, summary
 from tsvision.run import measure_to_folder
 
 INTERFACE_FRAMES = (
@@ -235,3 +235,23 @@ def test_recording_without_scale_keeps_px_and_empties_mm(
     assert found.frames["diameter_px"].notna().all()
     assert found.summary["diameter_mm"]["value"] is None
     assert np.isclose(found.summary["diameter_px"]["value"], 5.5)
+
+
+def test_every_source_that_measures_moves_the_programs_digest(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package = Path(summary.__file__).parents[1]
+    top = sorted(package.glob("*.py"))
+    parts = ("images", "measures", "timeline", "results")
+    deciding = [*top, *(p for part in parts for p in sorted((package / part).rglob("*.py")))]
+    copies = [tmp_path / path.relative_to(package) for path in deciding]
+    for copy in copies:
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_text("")
+    monkeypatch.setattr(summary, "__file__", str(tmp_path / "results" / "summary.py"))
+    digest = summary.code_digest.__wrapped__
+    seen = {digest()}
+    for copy in copies:
+        copy.write_text("changed")
+        seen.add(digest())
+    assert len(seen) == 1 + len(copies)

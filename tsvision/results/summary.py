@@ -9,7 +9,7 @@ import json
 import math
 import platform
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, is_dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -27,7 +27,7 @@ from tsvision.rig import rig_values
 _LIBRARIES = ("numpy", "scipy", "pandas", "opencv-python-headless", "numba", "pyarrow", "av")
 _TWISTED = ("overtwist", "local overtwist", "knotted", "irreversible")
 _FEW = 3
-_DECIDING = ("*.py", "images/*.py", "measures/*.py", "timeline/*.py", "results/*.py")
+_DECIDING = ("images", "measures", "timeline", "results")  # besides the files at the top
 
 
 def make_summary(
@@ -145,9 +145,15 @@ def content_key(recording: Recording, digests: Mapping[Path, str], first: int = 
 def code_digest() -> str:
     """sha256 of the sources that decide a measurement, so that an updated program, whatever its
     version says, does not take old results for its own."""
-    package = Path(__file__).parents[1]
+    return digest_of_sources(Path(__file__).parents[1], _DECIDING)
+
+
+def digest_of_sources(package: Path, parts: Sequence[str]) -> str:
+    """sha256 over the modules at the top of a package and all below its folders `parts`, however
+    deep: a part that moves into a folder of its own must not drop out."""
+    files = [*package.glob("*.py"), *(p for part in parts for p in (package / part).rglob("*.py"))]
     together = hashlib.sha256()
-    for path in sorted(p for part in _DECIDING for p in package.glob(part)):
+    for path in sorted(files):
         together.update(f"{path.relative_to(package).as_posix()}:{sha256_of(path)}\n".encode())
     return together.hexdigest()
 
