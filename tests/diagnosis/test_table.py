@@ -186,6 +186,24 @@ def test_a_wide_table_is_read_as_one() -> None:
     np.testing.assert_allclose(table.at.load_N, 19.6133)
 
 
+def test_a_wide_table_states_the_noise_of_each_column() -> None:
+    rows = [
+        {
+            "turns": n,
+            "displacement_mm": x,
+            "displacement_mm_sd": 0.3,
+            "diameter_mm": 0.48,
+            "diameter_sd_mm": 0.02,
+        }
+        for n, x in ((20, 16.06), (30, 27.76), (40, 40.22), (55, 59.02))
+    ]
+    table = table_from_rows(list(rows[0]), rows, RIG)
+    assert table.observables == ("displacement_mm", "diameter_mm")
+    np.testing.assert_allclose(table.value_sd[table.observable == 0], 0.3)
+    np.testing.assert_allclose(table.value_sd[table.observable == 1], 0.02)
+    assert not [note for note in table.notes if "not used" in note]
+
+
 def test_without_times_and_branches_it_says_that_creep_is_out_of_the_question() -> None:
     rows = case()
     timeless = without(rows, "time_s")

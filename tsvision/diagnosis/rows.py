@@ -37,15 +37,23 @@ def long_from_wide(
             f"{where} has neither 'observable' and 'value' nor a column of "
             f"{', '.join(OBSERVABLES)}; add one"
         )
-    keep = [name for name in names if name not in {named[f] for f in found}]
+    stated = {name: _sd_column(named[name], names) for name in found}
+    taken = {named[name] for name in found} | set(stated.values())
+    keep = [name for name in names if name not in taken]
     notes.append(f"read as a wide table: {', '.join(found)}")
     long = [
         {**{k: row.get(k) for k in keep}, "observable": name, "value": row.get(named[name])}
-        | {"value_sd": row.get(f"{named[name]}_sd") or row.get(f"{named[name][:-3]}_sd_mm")}
+        | {"value_sd": row.get(stated[name])}
         for row in records
         for name in found
     ]
     return [*keep, "observable", "value", "value_sd"], long
+
+
+def _sd_column(name: str, names: list[str]) -> str:
+    """The column with the standard deviations of column `name`, "" where there is none."""
+    spellings = (f"{name}_sd", f"{name.removesuffix('_mm')}_sd_mm")
+    return next((found for found in spellings if found in names), "")
 
 
 def check_names(names: list[str], notes: list[str], where: str) -> None:
