@@ -49,7 +49,7 @@ def command(
     from cli.progress import batch_progress
     from tsvision.batch import run_batch
     from tsvision.batch.plan import plan
-    from tsvision.results.summary import to_json
+    from tsvision.jsonable import to_json
     from tsvision.run import Request
 
     base = Request(
@@ -88,9 +88,9 @@ def write_verdict(folder: Path) -> None:
     allow a diagnosis."""
     from tsvision.atomic import write_text
     from tsvision.diagnosis.sources import diagnose_sources
+    from tsvision.jsonable import to_json
     from tsvision.records import Rig
     from tsvision.results.overview import VERDICT
-    from tsvision.results.summary import to_json
 
     if not (folder / VERDICT).is_file():
         verdict = diagnose_sources([folder], Rig())

@@ -204,7 +204,7 @@ def _or_nan(value: float | None) -> float:
 
 def _tell(found: Calibration, ending: Ending) -> None:
     from tsvision.images.calibration import moved_in_depth
-    from tsvision.results.summary import to_json
+    from tsvision.jsonable import to_json
 
     found = moved_in_depth(found, ending.nearer_mm, ending.nearer_mm_sd, ending.distance_mm)
     if ending.write is not None:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -34,6 +32,7 @@ def command(
     """RMSE of every model: as given, refitted, and on data left out of the refit."""
     from tsvision.comparison.compare import compare
     from tsvision.comparison.sample import paper_sample, read_sample
+    from tsvision.jsonable import to_json
     from tsvision.rig import load_rig
 
     if not data:
@@ -49,7 +48,7 @@ def command(
         known = load_rig(rig, {k: v for k, v in overrides.items() if v is not None})
         sample = read_sample(data, known, _value(diameter), _value(pitch))
     comparison = compare(sample)
-    print(json.dumps(_as_data(comparison), indent=2) if as_json else _as_text(comparison))
+    print(to_json(_as_data(comparison)) if as_json else _as_text(comparison) + "\n", end="")
 
 
 def _value(given: float | None) -> float:
@@ -65,24 +64,14 @@ def _as_data(comparison: Comparison) -> dict[str, object]:
         "folds": list(sample.folds),
         "notes": list(sample.notes),
         "best": comparison.best,
-        "held_out_best_mm": _or_none(comparison.best_mm),
-        "held_out_base_mm": _or_none(comparison.base_mm),
-        "ratio": _or_none(comparison.ratio),
-        "ratio_low": _or_none(comparison.ratio_low),
-        "ratio_high": _or_none(comparison.ratio_high),
+        "held_out_best_mm": comparison.best_mm,
+        "held_out_base_mm": comparison.base_mm,
+        "ratio": comparison.ratio,
+        "ratio_low": comparison.ratio_low,
+        "ratio_high": comparison.ratio_high,
         "folds_won": comparison.folds_won,
-        "models": [_clean(asdict(result)) for result in comparison.results],
+        "models": comparison.results,
     }
-
-
-def _clean(value: object) -> object:
-    if isinstance(value, dict):
-        return {key: _clean(inner) for key, inner in value.items()}
-    return _or_none(value) if isinstance(value, float) else value
-
-
-def _or_none(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def _as_text(comparison: Comparison) -> str:

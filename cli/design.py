@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -50,6 +48,7 @@ def command(
     from tsvision.actuator.design import Wanted, candidates, shortest_of_each
     from tsvision.actuator.statics import Motor, paper_motor
     from tsvision.errors import InputError
+    from tsvision.jsonable import to_json
     from tsvision.models import SECTIONS
     from tsvision.models.choose import check_strings, choose_model
 
@@ -85,8 +84,7 @@ def command(
         design_plot(tried, wanted, plot)
     shown = tried if every else shortest_of_each(tried)
     if as_json:
-        rows = [_clean(asdict(c)) for c in shown]
-        print(json.dumps({"wanted": _clean(asdict(wanted)), "candidates": rows}, indent=2))
+        print(to_json({"wanted": wanted, "candidates": shown}), end="")
     else:
         print("\n".join(_as_text(shown)))
 
@@ -97,13 +95,6 @@ def _whole(value: float) -> int:
     if value != int(value):
         raise InputError(f"--strings {value:g} is no whole number of strings; write 2,4,6,8")
     return int(value)
-
-
-def _clean(values: dict[str, object]) -> dict[str, object]:
-    return {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value
-        for key, value in values.items()
-    }
 
 
 def _as_text(shown: list[Candidate]) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from pathlib import Path
@@ -53,6 +52,7 @@ def command(
         _show_pictures(data, recording, pictures, frame or [])
         return
     from tsvision.diagnosis.sources import diagnose_sources
+    from tsvision.jsonable import to_json
     from tsvision.records import Rig
 
     known = Rig()
@@ -65,7 +65,7 @@ def command(
         print(f"note: {note}", file=sys.stderr)
     answer = verdict.to_json()
     if out is not None:
-        out.write_text(json.dumps(answer, indent=1) + "\n", encoding="utf-8")
+        out.write_text(to_json(answer), encoding="utf-8")
         print(f"verdict: {out}", file=sys.stderr)
     if page is not None:
         from tsvision.diagnosis.page import page as page_of
@@ -73,7 +73,7 @@ def command(
         page.write_text(page_of(answer), encoding="utf-8")
         print(f"page: {page}", file=sys.stderr)
     if as_json:
-        print(json.dumps(answer, indent=1))
+        print(to_json(answer), end="")
         return
     print(f"{verdict.status.replace('_', ' ')}\n\n{verdict.paragraph}\n")
     for item in verdict.evidence[:8]:

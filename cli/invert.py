@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Annotated, Any
 
 import typer
@@ -26,19 +25,18 @@ def command(
 ) -> None:
     """Motor turns that give each displacement; empty where the model has no answer."""
     from tsvision.actuator.geometry import known_values
+    from tsvision.jsonable import to_json
 
     chosen = model_option.choose(model)
     geometry = model_option.completed(chosen, geometry)
     wanted = options.numbers(displacement, "--displacement")
     turns = chosen.turns_for_displacement(wanted, **model_option.keywords(chosen, geometry))
-    pairs = [
-        (x, n if n == n else None) for x, n in zip(wanted.tolist(), turns.tolist(), strict=True)
-    ]
+    pairs = list(zip(wanted.tolist(), turns.tolist(), strict=True))
     if as_json:
         rows = [{"displacement_mm": x, "turns": n} for x, n in pairs]
         answer = {"model": chosen.name, "geometry": known_values(geometry), "rows": rows}
-        print(json.dumps(answer, indent=2))
+        print(to_json(answer), end="")
         return
     print("displacement_mm,turns")
     for x, n in pairs:
-        print(f"{x:g},{'' if n is None else format(n, '.4f')}")
+        print(f"{x:g},{format(n, '.4f') if n == n else ''}")

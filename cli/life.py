@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -33,6 +31,7 @@ def command(
     as_json: options.JsonOption = False,
 ) -> None:
     """Fit all life models, test the paper's claims; --load, --turns, --contraction: predict."""
+    from tsvision.jsonable import to_json
     from tsvision.life.claims import test_claims
     from tsvision.life.fit import fit_all
     from tsvision.life.table import paper_tests, read_tests
@@ -41,7 +40,7 @@ def command(
     fits, claims = fit_all(tests), test_claims(tests)
     wanted = _condition(load, turns, contraction)
     if as_json:
-        print(json.dumps(_as_data(tests, fits, claims, wanted), indent=2))
+        print(to_json(_as_data(tests, fits, claims, wanted)), end="")
     else:
         print("\n".join(_as_text(tests, fits, claims, wanted)))
 
@@ -93,24 +92,16 @@ def _as_data(
             {
                 "model": fit.model,
                 "equation": LIFE_MODELS[fit.model].equation,
-                "parameters": {k: asdict(v) for k, v in fit.parameters.items()},
+                "parameters": fit.parameters,
                 "scatter_factor": math.exp(fit.scatter),
-                "aicc": fit.aicc if math.isfinite(fit.aicc) else None,
-                "left_out_factor": fit.left_out_factor
-                if math.isfinite(fit.left_out_factor)
-                else None,
+                "aicc": fit.aicc,
+                "left_out_factor": fit.left_out_factor,
             }
             for fit in fits
         ],
-        "claims": [_clean(asdict(claim)) for claim in claims],
+        "claims": claims,
         "predictions": _predictions(fits, wanted),
     }
-
-
-def _clean(value: object) -> object:
-    if isinstance(value, dict):
-        return {key: _clean(inner) for key, inner in value.items()}
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _as_text(

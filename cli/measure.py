@@ -44,8 +44,8 @@ def command(
     Writes frames, profiles, knots and summary.json to --out, whole or not at all.
     """
     from cli.progress import frame_progress
+    from tsvision.jsonable import to_json
     from tsvision.results.read import read_summary
-    from tsvision.results.summary import to_json
     from tsvision.run import measure_to_folder
 
     source: Any = recording[0] if len(recording) == 1 else recording

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -40,6 +39,7 @@ def command(
 
     Exit code 0: observed, 3: not observed (the recording ends first), 4: undetermined.
     """
+    from tsvision.jsonable import to_json
     from tsvision.timeline.many import read_summary
     from tsvision.timeline.told import line
 
@@ -51,7 +51,7 @@ def command(
     name = f"{phase.value}_onset"
     onset: Any = told[name]
     if as_json:
-        print(json.dumps(onset, indent=2, allow_nan=False))
+        print(to_json(onset), end="")
     else:
         print(line(name, told))
         for note in told.get("notes", []):

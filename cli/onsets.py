@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -27,6 +25,7 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Everything as JSON on stdout.")] = False,
 ) -> None:
     """Table with intervals, survival with censored recordings, and the paper's onsets beside it."""
+    from tsvision.jsonable import to_json
     from tsvision.timeline import many
 
     grouping = _grouping(by)
@@ -43,8 +42,8 @@ def command(
     if out is not None:
         _write(out, phase.value, tables)
     if as_json:
-        plain = {name: _records(one) for name, one in tables.items()}
-        print(json.dumps(plain | {"difference": difference}, indent=2, allow_nan=False))
+        rows = {name: one.astype(object).to_dict("records") for name, one in tables.items()}
+        print(to_json(rows | {"difference": difference}), end="")
         return
     _print(phase.value, tables, difference, by)
 
@@ -58,13 +57,6 @@ def _grouping(by: str) -> str | None:
     if by not in choices:
         raise InputError(f"--by '{by}' is unknown; choose one of {', '.join(choices)}, none")
     return by
-
-
-def _records(table: Any) -> list[dict[str, Any]]:
-    return [
-        {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
-        for row in table.astype(object).to_dict("records")
-    ]
 
 
 def _print(

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -45,6 +43,7 @@ def command(
     """Displacement (mm), slope, and with --load the motor torque; onset and limit besides."""
     from tsvision.actuator.geometry import known_values
     from tsvision.actuator.outlook import outlook
+    from tsvision.jsonable import to_json
 
     chosen = model_option.choose(model)
     at = options.numbers(turns, "--turns")
@@ -60,18 +59,15 @@ def command(
         columns |= _statics(chosen, at, keywords, geometry, friction, axial_stiffness, motor)
     ahead = outlook(geometry)
     if as_json:
-        rows = [
-            {name: _or_none(float(column[k])) for name, column in columns.items()}
-            for k in range(at.size)
-        ]
+        rows = [{name: column[k] for name, column in columns.items()} for k in range(at.size)]
         answer = {
             "model": chosen.name,
             "geometry": known_values(geometry),
             "rows": rows,
-            "overtwist_onset": asdict(ahead.onset) if ahead.onset else None,
-            "reversible": asdict(ahead.limit) if ahead.limit else None,
+            "overtwist_onset": ahead.onset,
+            "reversible": ahead.limit,
         }
-        print(json.dumps(answer, indent=2))
+        print(to_json(answer), end="")
         return
     print(",".join(columns))
     for k in range(at.size):
@@ -113,7 +109,3 @@ def _statics(
         )
         columns["speed_mm_s"] = speed_mm_s(acting, used)
     return columns
-
-
-def _or_none(value: float) -> float | None:
-    return value if value == value else None

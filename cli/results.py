@@ -25,7 +25,7 @@ def command(
     as_csv: bool = typer.Option(False, "--csv", help="CSV on stdout (all columns)."),
 ) -> None:
     """One row a recording: N, load, D, angle, onsets, what was flagged."""
-    from tsvision.results.summary import to_json
+    from tsvision.jsonable import to_json
     from tsvision.results.table import query_results
 
     wide = as_json or as_csv

@@ -43,9 +43,8 @@ def show(
     overrides: dict[str, object] = {},  # noqa: B006 - never changed
 ) -> None:
     """Print what is in force, and where each value came from."""
-    import json
-
     from tsvision.errors import InputError
+    from tsvision.jsonable import to_json
     from tsvision.rig import find_rig, load_rig, rig_values
 
     source = Path() if source is None else source
@@ -57,7 +56,7 @@ def show(
     values = rig_values(rig)
     if as_json:
         rows = {key: {"value": values[key], "source": rig.source[key]} for key in values}
-        typer.echo(json.dumps(rows, indent=2))
+        typer.echo(to_json(rows), nl=False)
         return
     shown = {key: "-" if value is None else str(value) for key, value in values.items()}
     width_key, width_value = max(map(len, shown)), max(map(len, shown.values()))

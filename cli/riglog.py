@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import asdict
 from pathlib import Path
@@ -25,6 +24,7 @@ def command(
 ) -> None:
     """Count the cycles, list what is wrong, find wear trends and the break from the current."""
     from tsvision.errors import InputError
+    from tsvision.jsonable import to_json
     from tsvision.riglog.report import report
 
     if cycles is not None and len(logs) > 1:
@@ -36,7 +36,7 @@ def command(
         except OSError as problem:
             raise InputError(f"cannot write '{cycles}' ({problem}); choose another place") from None
     if as_json:
-        print(json.dumps([_as_data(found) for found in reports], indent=2))
+        print(to_json([_as_data(found) for found in reports]), end="")
     else:
         print("\n\n".join("\n".join(_as_text(found)) for found in reports))
 
@@ -47,15 +47,15 @@ def _as_data(found: LogReport) -> dict[str, object]:
         "log": found.log.source,
         "rows": found.log.time_s.size,
         "cycles": len(found.cycles.start),
-        "counter_last": None if math.isnan(found.counted) else found.counted,
+        "counter_last": found.counted,
         "counter_sound": found.cycles.sound,
         "cycles_by": found.cycles.by,
         "levels": {**asdict(found.levels), "saturated_mA": ceiling if ceiling < 1e9 else None},
-        "end": asdict(found.end),
-        "stalls": [asdict(s) for s in found.stalls],
-        "supply_losses": [asdict(s) for s in found.supply_losses],
-        "trends": [asdict(t) for t in found.trends],
-        "findings": [asdict(f) for f in found.findings],
+        "end": found.end,
+        "stalls": found.stalls,
+        "supply_losses": found.supply_losses,
+        "trends": found.trends,
+        "findings": found.findings,
     }
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import asdict
 from pathlib import Path
@@ -34,11 +33,12 @@ def command(
 ) -> None:
     """Published, computed, difference of every cell; exit 1 when one that should agree does not."""
     from tsvision.errors import InputError
+    from tsvision.jsonable import to_json
 
     if measured:
         if not sources:
             raise InputError("--measured needs folders that `tsvision measure` wrote, or CSV files")
-        print(_measured(sources, strings, string_diameter, as_json))
+        print(_measured(sources, strings, string_diameter, as_json), end="")
         return
     if sources:
         raise InputError(f"'{sources[0]}' was given without --measured; add it")
@@ -47,7 +47,7 @@ def command(
 
     cells = all_cells(tuple(table or ()))
     failed = [cell for cell in cells if cell.status in FAILURES]
-    print(json.dumps(_as_data(cells), indent=2) if as_json else _as_text(cells))
+    print(to_json(_as_data(cells)) if as_json else _as_text(cells) + "\n", end="")
     if failed:
         raise typer.Exit(1)
 
@@ -55,6 +55,7 @@ def command(
 def _measured(
     sources: list[Path], strings: int | None, string_diameter: float | None, as_json: bool
 ) -> str:
+    from tsvision.jsonable import to_json
     from tsvision.validation.bundles import read_bundles
     from tsvision.validation.measured import judge
 
@@ -65,30 +66,23 @@ def _measured(
             "bundles": [
                 {
                     "source": bundles.source[k],
-                    "strings": int(bundles.strings[k]),
-                    "string_diameter_mm": float(bundles.string_diameter_mm[k]),
-                    "load_N": _or_none(float(bundles.load_N[k])),
-                    "diameter_mm": float(bundles.diameter_mm[k]),
-                    "sd_mm": float(bundles.sd_mm[k]),
+                    "strings": bundles.strings[k],
+                    "string_diameter_mm": bundles.string_diameter_mm[k],
+                    "load_N": bundles.load_N[k],
+                    "diameter_mm": bundles.diameter_mm[k],
+                    "sd_mm": bundles.sd_mm[k],
                 }
                 for k in range(bundles.strings.size)
             ],
             "notes": notes,
-            "models": [
-                {k: _or_none(v) if isinstance(v, float) else v for k, v in asdict(x).items()}
-                for x in support.verdicts
-            ],
+            "models": support.verdicts,
             "supports": support.verdicts[0].model if support.decided else None,
             "odds": support.odds,
             "rival": support.rival,
-            "load_slope": [_or_none(v) for v in support.load_slope],
+            "load_slope": support.load_slope,
         }
-        return json.dumps(answer, indent=2)
-    return "\n".join(_measured_text(bundles, support, notes))
-
-
-def _or_none(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+        return to_json(answer)
+    return "\n".join(_measured_text(bundles, support, notes)) + "\n"
 
 
 def _measured_text(bundles: Bundles, support: Support, notes: list[str]) -> list[str]:
@@ -128,18 +122,12 @@ def _measured_text(bundles: Bundles, support: Support, notes: list[str]) -> list
 def _as_data(cells: list[Cell]) -> dict[str, object]:
     from tsvision.validation.cells import FAILURES, STATUS
 
-    rows = []
-    for cell in cells:
-        row = {**asdict(cell), "difference": cell.difference}
-        rows.append(
-            {k: None if isinstance(v, float) and math.isnan(v) else v for k, v in row.items()}
-        )
     counts = {status: sum(c.status == status for c in cells) for status in STATUS}
     return {
         "ok": not any(c.status in FAILURES for c in cells),
         "counts": counts,
         "status_meaning": STATUS,
-        "cells": rows,
+        "cells": [{**asdict(cell), "difference": cell.difference} for cell in cells],
     }
 
 

@@ -13,6 +13,7 @@ BASE = {
     "tsvision.flags",
     "tsvision.errors",
     "tsvision.compiled",
+    "tsvision.jsonable",
 }
 ALLOWED = {
     "tsvision.images": set(),

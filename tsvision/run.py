@@ -17,11 +17,12 @@ import pandas as pd
 from tsvision.atomic import write_text
 from tsvision.errors import InputError
 from tsvision.images.frames import input_files, open_recording, part_of
+from tsvision.jsonable import to_json
 from tsvision.records import FrameResult, Recording
 from tsvision.results.budget import write_budget
 from tsvision.results.folder import PROFILES, SUMMARY, check_out, staged
 from tsvision.results.read import read_table
-from tsvision.results.summary import make_summary, sha256_of, to_json
+from tsvision.results.summary import make_summary, sha256_of
 from tsvision.results.tables import (
     KnotCollector,
     ProfileWriter,

@@ -73,3 +73,18 @@ def test_senseless_requests_are_one_line(
 ) -> None:
     assert run(arguments) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def refuse(constant: str) -> None:
+    raise AssertionError(f"{constant} is not JSON")
+
+
+def test_what_has_no_finite_value_is_null_in_json(capsys: pytest.CaptureFixture[str]) -> None:
+    # At rest and without S the string gives no stroke for an angle: its ratio is infinite.
+    given = ["--zone", "30", "--hole-distance", "0", "-N", "2", "--string-diameter", "0.3"]
+    assert run(["predict", *given, "--load", "10", "--turns", "0", "--json"]) == 0
+    row = json.loads(capsys.readouterr().out, parse_constant=refuse)["rows"][0]
+    assert row["transmission_rad_per_mm"] is None
+    assert run(["invert", *given, "--displacement=-1", "--json"]) == 0
+    row = json.loads(capsys.readouterr().out, parse_constant=refuse)["rows"][0]
+    assert row == {"displacement_mm": -1.0, "turns": None}

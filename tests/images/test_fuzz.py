@@ -19,8 +19,8 @@ from tsvision.images.frames import iter_frames, open_recording
 from tsvision.images.frames_find import natural_key
 from tsvision.images.frames_picture import MAX_PIXELS, Unreadable, decode, read_picture
 from tsvision.images.turns import read_turns
+from tsvision.jsonable import to_json
 from tsvision.results.read import read_summary
-from tsvision.results.summary import to_json
 from tsvision.rig import KEYS, load_rig
 from tsvision.run import Request
 

@@ -159,6 +159,21 @@ def test_command_json_and_table(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert len(table.read_text().splitlines()) == 35
 
 
+def test_a_log_without_current_is_told_in_json(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = made_log.make(Rig(cycles=6)).rows.copy()
+    rows[:, 2] = 0.0
+    path = made_log.write(tmp_path / "log.csv", rows)
+    assert run(["riglog", str(path), "--json"]) == 0
+
+    def refuse(constant: str) -> None:
+        raise AssertionError(f"{constant} is not JSON")
+
+    levels = json.loads(capsys.readouterr().out, parse_constant=refuse)[0]["levels"]
+    assert levels["load_mA"] is None
+
+
 @pytest.mark.skipif(not REAL.is_dir(), reason="the real rig logs are not beside the project")
 def test_real_logs_agree_with_their_counter_where_it_is_sound() -> None:
     counts = {"a": (172, True), "b": (53, True), "c": (1598, True), "d": (5, False)}

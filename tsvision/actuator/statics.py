@@ -79,10 +79,12 @@ def statics(
         model.slope_mm_per_turn(n + step, **geometry)
         - model.slope_mm_per_turn(np.maximum(n - step, 0.0), **geometry)
     ) / (np.minimum(n, step) + step)
+    with np.errstate(divide="ignore"):  # at rest and without S an angle gives no stroke yet
+        transmission = 1 / feed_mm_per_rad
     return Statics(
         turns=n,
         displacement_mm=x,
-        transmission_rad_per_mm=1 / feed_mm_per_rad,
+        transmission_rad_per_mm=transmission,
         torque_winding_Nm=ideal_Nm * capstan,
         torque_unwinding_Nm=ideal_Nm / capstan,
         string_tension_N=load_N / strings * capstan,

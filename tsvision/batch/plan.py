@@ -14,7 +14,7 @@ from pathlib import Path
 
 from tsvision.errors import InputError
 from tsvision.images.frames_find import PICTURE_SUFFIXES, VIDEO_SUFFIXES, natural_key
-from tsvision.results.tables import printable
+from tsvision.jsonable import printable
 from tsvision.rig import KEYS
 from tsvision.run import Request
 

@@ -37,7 +37,8 @@ from tsvision.batch.lock import hold
 from tsvision.batch.log import RunLog
 from tsvision.batch.plan import Item
 from tsvision.errors import InputError
-from tsvision.results.summary import code_digest, to_json
+from tsvision.jsonable import to_json
+from tsvision.results.summary import code_digest
 from tsvision.run import SEGMENT_FRAMES
 
 Progress = Callable[["Counts"], None]

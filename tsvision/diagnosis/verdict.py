@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
+
+from tsvision.jsonable import jsonable
+
+DIGITS = 7  # enough for any reader, short enough to read
 
 
 @dataclass(frozen=True)
@@ -57,10 +60,7 @@ class Verdict:
             "causes": [
                 {
                     "name": c.name,
-                    "parameters": {
-                        key: clean({"value": e.value, "low": e.low, "high": e.high, "unit": e.unit})
-                        for key, e in c.parameters.items()
-                    },
+                    "parameters": {key: jsonable(e, DIGITS) for key, e in c.parameters.items()},
                     "shape": c.shape,
                     "equation": c.equation,
                     "claim": c.claim,
@@ -70,7 +70,7 @@ class Verdict:
             ],
             "equivalent": [list(names) for names in self.equivalent],
             **{
-                name: clean(getattr(self, name))
+                name: jsonable(getattr(self, name), DIGITS)
                 for name in (
                     "base",
                     "extended",
@@ -88,21 +88,3 @@ class Verdict:
                 )
             },
         }
-
-
-def clean(thing: Any) -> Any:
-    """NumPy scalars to Python's, tuples to lists, NaN and infinities to None."""
-    if isinstance(thing, dict):
-        return {str(key): clean(value) for key, value in thing.items()}
-    if isinstance(thing, list | tuple):
-        return [clean(value) for value in thing]
-    if hasattr(thing, "item"):
-        thing = thing.item()
-    if isinstance(thing, float):
-        return round_digits(thing) if math.isfinite(thing) else None
-    return thing
-
-
-def round_digits(number: float, digits: int = 7) -> float:
-    """So many significant digits: enough for any reader, short enough to read."""
-    return float(f"{number:.{digits}g}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import json
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from markupsafe import Markup
 from tsvision.atomic import write_text
 from tsvision.errors import InputError
 from tsvision.flags import doubtful
+from tsvision.jsonable import jsonable
 from tsvision.records import Frame, Recording
 from tsvision.report import digest, palette, shown
 from tsvision.report.confronted import confronted
@@ -30,6 +30,7 @@ from tsvision.timeline.constancy import constancy_in_words
 PAGE_NAME = "report.html"
 ZONE = "actuator.twisting_zone_mm"
 MOST_PICTURES = 48
+PAGE_DIGITS = 6  # more than a plot shows
 MOST_ROWS = 3000  # in the plots; a longer recording is thinned evenly
 PICTURE_BYTES = 1_350_000  # of JPEG in all; base64 makes a third more of it
 BUDGETS = (
@@ -114,20 +115,9 @@ def _environment() -> Environment:
 
 def as_script_json(data: Any) -> str:
     """JSON that may stand in a script element: no `<`, no NaN (null instead)."""
-    text = json.dumps(_plain(data), allow_nan=False, ensure_ascii=True, separators=(",", ":"))
+    plain = jsonable(data, PAGE_DIGITS)
+    text = json.dumps(plain, allow_nan=False, ensure_ascii=True, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, float | np.floating):
-        return float(f"{value:.6g}") if math.isfinite(value) else None
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def title_of(measured: Measured) -> str:

@@ -10,7 +10,7 @@ import math
 import platform
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, is_dataclass
+from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -19,9 +19,9 @@ import numpy as np
 import pandas as pd
 
 from tsvision import __version__
+from tsvision.jsonable import jsonable, printable
 from tsvision.records import Onset, Recording, Rig
 from tsvision.results.schema import FORMAT
-from tsvision.results.tables import printable
 from tsvision.rig import rig_values
 
 _LIBRARIES = ("numpy", "scipy", "pandas", "opencv-python-headless", "numba", "pyarrow", "av")
@@ -133,7 +133,7 @@ def content_key(recording: Recording, digests: Mapping[Path, str], first: int = 
         json.dumps([FORMAT, __version__, code_digest(), first, recording.kind]),
         describe_input(recording, digests)["sha256"],
         json.dumps([printable(name) for name in recording.files]),
-        json.dumps(_strict(rig_values(recording.rig)), sort_keys=True),
+        json.dumps(jsonable(rig_values(recording.rig)), sort_keys=True),
     ):
         known.update(part.encode() + b"\n")
     for name in ("turns", "time_s", "displacement_mm", "load_N", "cycle"):
@@ -178,24 +178,3 @@ def versions() -> dict[str, str]:
 def _sources(rig: Rig) -> dict[str, str]:
     known = {k: v for k, v in rig.source.items() if v != "not given"}
     return {k: printable(Path(v).name) for k, v in known.items()}
-
-
-def to_json(value: Any) -> str:
-    """Strict JSON: NaN and infinity become null, arrays lists, nouns objects."""
-    return json.dumps(_strict(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def _strict(value: Any) -> Any:
-    if is_dataclass(value) and not isinstance(value, type):
-        value = asdict(value)
-    if isinstance(value, Mapping):
-        return {str(k): _strict(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_strict(v) for v in value]
-    if isinstance(value, np.ndarray):
-        return _strict(value.tolist())
-    if isinstance(value, np.generic):
-        return _strict(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return printable(value) if isinstance(value, str) else value

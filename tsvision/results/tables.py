@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from array import array
 from contextlib import suppress
 from dataclasses import fields
@@ -14,6 +13,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from tsvision.jsonable import printable
 from tsvision.records import FrameRow, KnotSighting, Profile
 from tsvision.results.schema import FRAMES, KNOTS, PROFILES, widened
 
@@ -144,11 +144,6 @@ def write_frames(folder: Path, frames: pd.DataFrame) -> None:
 def write_knots(folder: Path, knots: pd.DataFrame) -> None:
     """knots.parquet and knots.csv."""
     _write_both(folder / "knots", _conform(knots, KNOTS))
-
-
-def printable(text: str) -> str:
-    """Names that are not valid Unicode become so, with the odd bytes written as \\xNN."""
-    return os.fsencode(text).decode("utf-8", "backslashreplace")
 
 
 def _conform(table: pd.DataFrame, schema: pa.Schema) -> pa.Table:
