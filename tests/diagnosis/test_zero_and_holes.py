@@ -7,17 +7,19 @@ import pytest
 
 from tests.hidden import planted
 from tsvision.diagnosis.diagnose import diagnose
+from tsvision.diagnosis.extended import build_model
 from tsvision.diagnosis.problem import prepare
 from tsvision.diagnosis.table import table_from_rows
 from tsvision.diagnosis.verdict import Verdict
+from tsvision.errors import InputError
 from tsvision.records import Rig
 
 ONLY_X = planted.Setting(observables=("displacement_mm",))
 AT_REST_MM = np.hypot(23.2, 2.5) - 23.2  # the formula's x at 0 turns
 
 
-def verdict(rows: list[dict]) -> Verdict:
-    return diagnose(table_from_rows(list(rows[0]), rows, Rig()))
+def verdict(rows: list[dict], base: str = "constant_radius") -> Verdict:
+    return diagnose(table_from_rows(list(rows[0]), rows, Rig()), base)
 
 
 def zeroed(rows: list[dict]) -> list[dict]:
@@ -56,3 +58,27 @@ def test_a_hole_distance_that_was_left_out_is_named(seed: int) -> None:
         {**row, "hole_distance_nominal_mm": 0.0} for row in planted.plant([], seed, ONLY_X).rows
     ]
     assert verdict(rows).equivalent == (("hole_distance",),)
+
+
+@pytest.mark.parametrize("seed", [77_000, 77_002])
+def test_the_model_without_s_is_shown_to_lack_it(seed: int) -> None:
+    case = planted.plant([], seed, ONLY_X)
+    found = verdict(case.rows, "separator_no_offset")
+    assert found.equivalent == (("hole_distance",),)
+    change = found.causes[0].parameters["hole_distance_change_mm"]
+    assert change.value == pytest.approx(5.0, abs=0.7)  # L and r, off by 1 sd, take some of it
+    x = build_model(found.model).displacement_mm([row["turns"] for row in case.rows])
+    assert x == pytest.approx(case.clean_mm, abs=0.3)
+
+
+@pytest.mark.parametrize("model", ["no_separator", "locked_pitch", "helix_then_coil"])
+def test_a_model_that_causes_cannot_act_on_is_refused(model: str) -> None:
+    rows = planted.plant([], 77_000, ONLY_X).rows
+    with pytest.raises(InputError, match="cannot be questioned"):
+        verdict(rows, model)
+
+
+def test_no_model_of_that_name_lists_the_shelf() -> None:
+    rows = planted.plant([], 77_000, ONLY_X).rows
+    with pytest.raises(InputError, match="did you mean 'variable_radius'"):
+        verdict(rows, "variable_radios")

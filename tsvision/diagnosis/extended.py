@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tsvision.diagnosis.simulate import ONE, run_stages, start_state
+from tsvision.diagnosis.simulate import ONE, check_questionable, run_stages, start_state
 from tsvision.errors import InputError
 from tsvision.mechanisms import MECHANISMS, Conditions, Simulation
 from tsvision.mechanisms.state import Reference
@@ -121,6 +121,7 @@ def load_model(path: Path) -> ExtendedModel:
 
 def build_model(model: Mapping[str, Any], where: str = "the verdict") -> ExtendedModel:
     """From the `model` of a verdict's JSON."""
+    check_questionable(model["base"])
     simulation = Simulation(base=model["base"])
     values: dict[str, np.ndarray] = {}
     try:

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from tsvision.diagnosis.observations import Table
-from tsvision.diagnosis.simulate import ONE, observe, run_stages, start_state
+from tsvision.diagnosis.simulate import ONE, check_questionable, observe, run_stages, start_state
 from tsvision.mechanisms.shelf import Parameter, Simulation
 from tsvision.mechanisms.state import Reference
 
@@ -167,7 +167,11 @@ def _moved(mean: np.ndarray, sd: np.ndarray, z: np.ndarray, group: np.ndarray) -
 
 
 def prepare(table: Table, base: str = "constant_radius") -> Problem:
-    """Group the inputs (one tolerance per distinct part) and lay out the nuisances."""
+    """Group the inputs (one tolerance per distinct part) and lay out the nuisances.
+
+    InputError where `base` is no model that can be questioned.
+    """
+    check_questionable(base)
     at = table.at
     used = np.unique(table.condition)
     radius_group = _groups(at.radius_mm, at.strings, table.radius_sd_mm)

@@ -7,13 +7,32 @@ from functools import cache
 
 import numpy as np
 
+from tsvision.errors import InputError
 from tsvision.mechanisms.shelf import STAGES, Simulation
 from tsvision.mechanisms.state import Conditions, Reference, State
 from tsvision.models import MODELS, SECTIONS
+from tsvision.models.choose import choose_model
 from tsvision.units import RAD_PER_TURN
+
+# Models that can be questioned, with the law that they draw by: one that holds all that mechanisms
+# act on. Without S the law is the same, begun with no hole distance (`run_stages`).
+QUESTIONABLE = {
+    "constant_radius": MODELS["constant_radius"],
+    "variable_radius": MODELS["variable_radius"],
+    "separator_no_offset": MODELS["constant_radius"],
+}
 
 ONE = np.ones((1, 1))
 ZERO = np.zeros((1, 1))
+
+
+def check_questionable(base: str) -> None:
+    """InputError where causes could not act on that model, or where there is none of the name."""
+    if base not in QUESTIONABLE:
+        raise InputError(
+            f"model '{choose_model(base).name}' cannot be questioned, for it lacks what causes act "
+            f"on (zone, radius, holes); choose one of {', '.join(QUESTIONABLE)}"
+        )
 
 
 def start_state(
@@ -47,6 +66,9 @@ def run_stages(state: State, simulation: Simulation, values: Mapping[str, np.nda
 
     Within a stage parts act in alphabetical order, so that nothing depends on which came first.
     """
+    if simulation.base == "separator_no_offset":
+        # What was stated of S is left out; its tolerance stays, and so does what is wrong with it.
+        state = _changed(state, {"hole_mm": state.hole_mm - state.at.hole_distance_mm[None, :]})
     scoped = [
         (part, {p.name: values[part.key(p.name)] for p in part.shape.parameters})
         for part in sorted(simulation.parts, key=lambda part: part.mechanism)
@@ -74,15 +96,12 @@ def _changed(state: State, fields: Mapping[str, np.ndarray]) -> State:
 
 
 def _base(state: State, simulation: Simulation, what: str) -> np.ndarray:
-    model = MODELS[simulation.base]
-    known = {
-        "twisting_zone_mm": state.zone_mm,
-        "hole_distance_mm": state.hole_mm,
-        "radius_mm": state.radius_mm,
-        "string_diameter_mm": state.at.string_diameter_mm[None, :],
-        "centre_radius_mm": state.radius_mm - state.at.string_diameter_mm[None, :] / 2,
-    }
-    return getattr(model, what)(state.alpha_rad / RAD_PER_TURN, **model.geometry(known))
+    return getattr(QUESTIONABLE[simulation.base], what)(
+        state.alpha_rad / RAD_PER_TURN,
+        twisting_zone_mm=state.zone_mm,
+        hole_distance_mm=state.hole_mm,
+        radius_mm=state.radius_mm,
+    )
 
 
 def observe(state: State, simulation: Simulation, observable: str) -> np.ndarray:

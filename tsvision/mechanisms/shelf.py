@@ -117,7 +117,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Simulation:
-    """A base model (a name of `tsvision.models.MODELS`) with parts added to it."""
+    """A base model (one of `diagnosis.simulate.QUESTIONABLE`) with parts added to it."""
 
     parts: tuple[Part, ...] = ()
     base: str = "constant_radius"
