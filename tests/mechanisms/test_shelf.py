@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from tsvision.diagnosis.simulate import observe, run_stages, start_state
 from tsvision.mechanisms import MECHANISMS, Conditions, Mechanism, Shape, Simulation
 from tsvision.mechanisms.shelf import OBSERVABLES, STAGES
 from tsvision.mechanisms.state import Reference
+from tsvision.models import variable_radius
 
 NAMED = {
     "radius_bias",
@@ -71,7 +73,7 @@ def outcome(simulation: Simulation, numbers: dict[str, np.ndarray]) -> dict[str,
     at = conditions()
     state = run_stages(start_state(at, Reference.of(at)), simulation, numbers)
     shape = (1, len(at.turns))
-    return {n: np.broadcast_to(observe(state, simulation, n), shape)[0] for n in OBSERVABLES}
+    return {n: np.broadcast_to(observe(state, n), shape)[0] for n in OBSERVABLES}
 
 
 def test_the_mechanisms_of_the_interface_are_on_the_shelf() -> None:
@@ -151,6 +153,33 @@ def test_composes_with_another_base_model() -> None:
     numbers = values(mechanism, mechanism.shapes[0], 1.0)
     moved = outcome(mechanism.extend(Simulation(base="variable_radius")), numbers)
     assert np.all(moved["displacement_mm"] <= base["displacement_mm"] + 1e-9)
+
+
+def test_the_variable_radius_shows_in_all_that_is_observed() -> None:
+    """Eq. (3) of the paper: the radius that draws is the one that D, β and the torque show."""
+    at = conditions()
+    geometry = {"twisting_zone_mm": 23.2, "hole_distance_mm": 5.0, "radius_mm": 0.235}
+    x = variable_radius.displacement_mm(at.turns, **geometry)
+    radius = 0.235 * np.sqrt((23.2 + x) / 23.2)
+    slope = variable_radius.slope_mm_per_turn(at.turns, **geometry) / (2 * np.pi)
+    lay = 2 * np.pi * at.turns * radius / 23.2
+    half = {"variable_radius.exponent": np.full((1, 1), 0.5)}
+    mechanism = MECHANISMS["variable_radius"].extend(Simulation())
+    for seen in (outcome(Simulation(base="variable_radius"), {}), outcome(mechanism, half)):
+        np.testing.assert_allclose(seen["displacement_mm"], x, rtol=1e-9)
+        np.testing.assert_allclose(seen["diameter_mm"], 2 * radius, rtol=1e-9)
+        np.testing.assert_allclose(seen["helix_angle_deg"], np.degrees(np.arctan(lay)), rtol=1e-9)
+        np.testing.assert_allclose(seen["torque_Nmm"], at.load_N * slope, rtol=1e-9)
+
+
+@pytest.mark.parametrize("exponent", [0.0, 0.2, 0.5])
+def test_a_thick_bundle_of_many_turns_swells_as_its_law_says(exponent: float) -> None:
+    at = replace(conditions(), radius_mm=np.full(50, 1.5), turns=np.linspace(0, 90, 50))
+    numbers = {"variable_radius.exponent": np.full((1, 1), exponent)}
+    simulation = MECHANISMS["variable_radius"].extend(Simulation())
+    state = run_stages(start_state(at, Reference.of(at)), simulation, numbers)
+    grown = (23.2 + state.displacement_mm) / 23.2
+    np.testing.assert_allclose(state.radius_mm, 1.5 * grown**exponent, rtol=1e-9)
 
 
 def test_compression_by_hand() -> None:

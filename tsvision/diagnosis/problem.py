@@ -128,7 +128,7 @@ class Problem:
         many = max(len(z), 1)
         seen = np.empty((many, table.rows))
         for name, rows, condition in self._rows_of:
-            found = observe(state, simulation, name)
+            found = observe(state, name)
             found = np.broadcast_to(found, (many, len(table.at.turns)))[:, condition]
             if f"gain {name}" in self.columns:
                 gain = z[:, self.columns.index(f"gain {name}")][:, None]

@@ -10,17 +10,15 @@ import numpy as np
 from tsvision.errors import InputError
 from tsvision.mechanisms.shelf import STAGES, Simulation
 from tsvision.mechanisms.state import Conditions, Reference, State
-from tsvision.models import MODELS, SECTIONS
+from tsvision.mechanisms.variable_radius import swelling
+from tsvision.models import SECTIONS, constant_radius
 from tsvision.models.choose import choose_model
 from tsvision.units import RAD_PER_TURN
 
-# Models that can be questioned, with the law that they draw by: one that holds all that mechanisms
-# act on. Without S the law is the same, begun with no hole distance (`run_stages`).
-QUESTIONABLE = {
-    "constant_radius": MODELS["constant_radius"],
-    "variable_radius": MODELS["variable_radius"],
-    "separator_no_offset": MODELS["constant_radius"],
-}
+# Models that can be questioned. All draw by the constant-radius law, whose zone, radius and holes
+# are what causes act on; what sets them apart is done to the state (`run_stages`).
+QUESTIONABLE = ("constant_radius", "variable_radius", "separator_no_offset")
+PAPERS_EXPONENT = {"exponent": np.full((1, 1), 0.5)}  # eq. (3): r = r₀ √((L + x)/L)
 
 ONE = np.ones((1, 1))
 ZERO = np.zeros((1, 1))
@@ -75,9 +73,10 @@ def run_stages(state: State, simulation: Simulation, values: Mapping[str, np.nda
     ]
     for stage in STAGES:
         if stage == "draw":
-            state = _changed(
-                state, {"displacement_mm": _base(state, simulation, "displacement_mm")}
-            )
+            if simulation.base == "variable_radius":
+                # The radius that the law draws by is the one that all else shows, D and β too.
+                state = _changed(state, swelling(state, PAPERS_EXPONENT))
+            state = _changed(state, {"displacement_mm": _law(state, "displacement_mm")})
         for part, own in scoped:
             effect = part.shape.effects.get(stage)
             if effect is not None:
@@ -95,8 +94,8 @@ def _changed(state: State, fields: Mapping[str, np.ndarray]) -> State:
     return new
 
 
-def _base(state: State, simulation: Simulation, what: str) -> np.ndarray:
-    return getattr(QUESTIONABLE[simulation.base], what)(
+def _law(state: State, what: str) -> np.ndarray:
+    return getattr(constant_radius, what)(
         state.alpha_rad / RAD_PER_TURN,
         twisting_zone_mm=state.zone_mm,
         hole_distance_mm=state.hole_mm,
@@ -104,7 +103,7 @@ def _base(state: State, simulation: Simulation, what: str) -> np.ndarray:
     )
 
 
-def observe(state: State, simulation: Simulation, observable: str) -> np.ndarray:
+def observe(state: State, observable: str) -> np.ndarray:
     """One observable of a final state, shape (B, m), in its own unit."""
     if observable == "displacement_mm":
         return state.displacement_mm
@@ -121,7 +120,7 @@ def observe(state: State, simulation: Simulation, observable: str) -> np.ndarray
     if observable == "turns_seen":
         return _turns_seen(state)
     if observable == "torque_Nmm":
-        slope = _base(state, simulation, "slope_mm_per_turn") / RAD_PER_TURN
+        slope = _law(state, "slope_mm_per_turn") / RAD_PER_TURN
         return state.at.load_N * slope + state.torque_extra_Nmm
     raise KeyError(f"no observable '{observable}'")
 

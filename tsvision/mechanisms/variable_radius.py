@@ -10,14 +10,29 @@ from tsvision.mechanisms.state import State
 ROUNDS = 8
 
 
-def _swelling(state: State, p: Values) -> dict[str, np.ndarray]:
-    """r = r₀ (X/L)^q with X = √(L² + (S/2 + α r)²), solved by fixed-point iteration."""
-    radius = state.radius_mm
+def swelling(state: State, p: Values) -> dict[str, np.ndarray]:
+    """r = r₀ (X/L)^q with X = √(L² + (S/2 + α r)²), and the torque that this takes.
+
+    Newton's method on u = X/L, begun above its root, from where it never overshoots. Nothing is
+    stored in a bundle that thickens, so the torque is F dx/dα with r growing along: 1/(1 − k) of
+    that at the radius reached, k = q (S/2 + α r) α r/X².
+    """
+    q = p["exponent"]
+    half = state.hole_mm / (2.0 * state.zone_mm)
+    arc = state.alpha_rad * state.radius_mm / state.zone_mm
+    u = (arc + np.sqrt(1.0 + half)) ** 2
     for _ in range(ROUNDS):
-        across = state.hole_mm / 2 + state.alpha_rad * radius
-        lay = across / state.zone_mm
-        radius = state.radius_mm * (1.0 + lay * lay) ** (0.5 * p["exponent"])
-    return {"radius_mm": radius}
+        laid = arc * u**q
+        way = np.hypot(1.0, half + laid)
+        u = u + (way - u) / (1.0 - q * (half + laid) * laid / (way * u))
+    laid = arc * u**q
+    radius = state.radius_mm * u**q
+    growing = q * (half + laid) * laid / u**2
+    at_rest = state.at.load_N * radius * (half + laid) / u
+    return {
+        "radius_mm": radius,
+        "torque_extra_Nmm": state.torque_extra_Nmm + at_rest * growing / (1.0 - growing),
+    }
 
 
 MECHANISM = Mechanism(
@@ -41,7 +56,7 @@ MECHANISM = Mechanism(
                     starts=(0.5,),
                 ),
             ),
-            {"tension": _swelling},
+            {"tension": swelling},
         ),
     ),
     checks="measure D at few and at many turns under one load",
