@@ -27,7 +27,15 @@ def _from_verdict(path: Path) -> Any:
 
     try:
         model = load_model(path)
-        model.displacement_mm([0.0, 1.0])
+        typical = model.reference
+        model.displacement_mm(
+            [0.0, 1.0],
+            strings=2.0,
+            radius_mm=typical.radius_mm,
+            twisting_zone_mm=typical.zone_mm,
+            hole_distance_mm=typical.hole_mm,
+            load_N=typical.load_mean_N,
+        )
     except (LookupError, TypeError, ValueError, AttributeError, RecursionError) as problem:
         words = " ".join(str(problem).split())[:80]
         raise InputError(
@@ -38,7 +46,7 @@ def _from_verdict(path: Path) -> Any:
 
 
 def keywords(chosen: Any, geometry: Geometry) -> dict[str, Any]:
-    """What the model takes of the geometry; an extended one fills the rest from its data."""
+    """What the model takes of the geometry; InputError names the options that it lacks."""
     from tsvision.actuator.geometry import model_keywords
     from tsvision.models.choose import check_strings
 
@@ -50,7 +58,7 @@ def keywords(chosen: Any, geometry: Geometry) -> dict[str, Any]:
     if geometry.load_N == geometry.load_N:
         known["load_N"] = geometry.load_N
     lacking = [name for name in getattr(chosen, "parameters", ()) if name not in known]
-    if lacking and not hasattr(chosen, "nominal"):
+    if lacking:
         raise InputError(
             f"model '{chosen.name}' needs {', '.join(lacking)}; give "
             f"{', '.join(dict.fromkeys(_option_of(name) for name in lacking))}, a --rig that holds "
@@ -67,20 +75,21 @@ def _option_of(keyword: str) -> str:
 
 
 def completed(chosen: Any, geometry: Geometry) -> Geometry:
-    """`geometry` with its gaps filled from an extended model's own data."""
+    """`geometry` with its gaps filled by what all of an extended model's data had in common."""
     nominal = getattr(chosen, "nominal", None)
     if nominal is None:
         return geometry
     own = {
-        "strings": round(nominal["strings"]),
+        "strings": nominal["strings"],
         "string_diameter_mm": nominal["string_diameter_mm"],
         "twisting_zone_mm": nominal["twisting_zone_mm"],
         "hole_distance_mm": nominal["hole_distance_mm"],
         "bundle_diameter_mm": 2 * nominal["radius_mm"],
     }
-    missing = {
-        key: value
+    missing: dict[str, Any] = {
+        key: round(value) if key == "strings" else value
         for key, value in own.items()
-        if getattr(geometry, key) is None or getattr(geometry, key) != getattr(geometry, key)
+        if value == value
+        and (getattr(geometry, key) is None or getattr(geometry, key) != getattr(geometry, key))
     }
     return replace(geometry, **missing)

@@ -37,15 +37,21 @@ MODEL: dict[str, Any] = {
         "radius_mm": 0.24,
         "load_N": 19.6,
     },
-    "shifts": {
-        "radius_share": 0.0,
-        "twisting_zone_mm": 0.0,
-        "hole_distance_mm": 0.0,
-        "offset_mm": 0.0,
-    },
+    "shifts": [
+        {
+            "strings": 2,
+            "radius_mm": 0.24,
+            "radius_share": 0.0,
+            "zone_change_mm": 0.0,
+            "hole_change_mm": 0.0,
+        }
+    ],
+    "zeroed_share": 0.0,
 }
-PLACES = [("base",), ("parts",), ("reference",), ("nominal",), ("shifts",)] + [
-    (name, key) for name in ("reference", "nominal", "shifts") for key in MODEL[name]
+PLACES = [
+    *((name,) for name in MODEL),
+    *((name, key) for name in ("reference", "nominal") for key in MODEL[name]),
+    *(("shifts", 0, key) for key in MODEL["shifts"][0]),
 ]
 ODD = st.none() | st.booleans() | st.floats() | st.text(max_size=5) | st.just([]) | st.just({})
 
@@ -67,11 +73,13 @@ def test_a_whole_verdict_is_taken(tmp_path: Path) -> None:
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 @given(st.sampled_from(PLACES), ODD, st.booleans())
-@example(("shifts", "offset_mm"), None, True)
+@example(("shifts", 0, "radius_share"), None, True)
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_a_damaged_verdict_is_one_line(tmp_path: Path, place: Any, odd: Any, gone: bool) -> None:
     model = json.loads(json.dumps(MODEL))
-    inside = model if len(place) == 1 else model[place[0]]
+    inside = model
+    for step in place[:-1]:
+        inside = inside[step]
     if gone:
         del inside[place[-1]]
     else:

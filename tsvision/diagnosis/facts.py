@@ -14,10 +14,11 @@ from tsvision.diagnosis.fit import Fit, posterior
 from tsvision.diagnosis.gain import Gain
 from tsvision.diagnosis.lack_of_fit import MISFIT_P, PLACES, LackOfFit
 from tsvision.diagnosis.next_experiment import Proposal
-from tsvision.diagnosis.problem import Problem, parameters
+from tsvision.diagnosis.problem import ZEROED, Problem, parameters
 from tsvision.diagnosis.verdict import Cause, Estimate
 from tsvision.mechanisms import MECHANISMS
 from tsvision.mechanisms.shelf import OBSERVABLES
+from tsvision.mechanisms.state import NOMINAL
 
 OUTLIER_WEIGHT = 0.2  # of a Student-t residual: beyond about 4.5 times the noise
 SHOWN_RIVALS = 4
@@ -213,31 +214,39 @@ def model_of(problem: Problem, shown: Fit) -> dict[str, Any]:
         "reference": {
             k: getattr(problem.reference, k) for k in problem.reference.__dataclass_fields__
         },
-        "nominal": {
-            "twisting_zone_mm": float(at.twisting_zone_mm.mean()),
-            "hole_distance_mm": float(at.hole_distance_mm.mean()),
-            "radius_mm": float(at.radius_mm.mean()),
-            "string_diameter_mm": float(at.string_diameter_mm.mean()),
-            "strings": float(at.strings.mean()),
-            "load_N": float(at.load_N.mean()),
-        },
+        "nominal": {name: _common(getattr(at, name)) for name in NOMINAL},
         "shifts": _shifts(problem, shown),
+        # In units of the formula's x at 0 turns, which differs from bundle to bundle.
+        "zeroed_share": float(np.sqrt(ZEROED) * shown.offsets[-1]) if shown.offsets.size else 0.0,
     }
 
 
-def _shifts(problem: Problem, shown: Fit) -> dict[str, float]:
-    """How far the fit moved the inputs within their tolerances, and the common zero of x."""
-    table = problem.table
+def _common(values: np.ndarray) -> float:
+    """What all have in common; NaN where they differ, for a mean of several would be of none."""
+    return float(values[0]) if np.ptp(values) < 1e-9 else float("nan")
+
+
+def _shifts(problem: Problem, shown: Fit) -> list[dict[str, float]]:
+    """How far the fit moved the inputs of each bundle within their tolerances."""
+    at = problem.table.at
     state = problem.state(shown.z[None])
-    zeroing = 0.0
-    if problem.offsets.shape[1]:
-        zeroing = float(problem.offsets[:, -1].max() * shown.offsets[-1])
-    return {
-        "radius_share": float(np.mean(state.radius_mm / table.at.radius_mm) - 1.0),
-        "twisting_zone_mm": float(np.mean(state.zone_mm - table.at.twisting_zone_mm)),
-        "hole_distance_mm": float(np.mean(state.hole_mm - table.at.hole_distance_mm)),
-        "offset_mm": zeroing,
-    }
+    moved = np.broadcast_arrays(
+        state.radius_mm / at.radius_mm - 1.0,
+        state.zone_mm - at.twisting_zone_mm,
+        state.hole_mm - at.hole_distance_mm,
+    )
+    stated = np.column_stack([at.strings, at.radius_mm, at.twisting_zone_mm, at.hole_distance_mm])
+    first = np.unique(np.round(stated, 9), axis=0, return_index=True)[1]
+    return [
+        {
+            "strings": float(at.strings[i]),
+            "radius_mm": float(at.radius_mm[i]),
+            "radius_share": float(moved[0][0, i]),
+            "zone_change_mm": float(moved[1][0, i]),
+            "hole_change_mm": float(moved[2][0, i]),
+        }
+        for i in first
+    ]
 
 
 def rows_of(problem: Problem, plain: np.ndarray, shown: Fit) -> tuple[dict[str, Any], ...]:

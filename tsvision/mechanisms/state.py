@@ -6,6 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+# What a table says of the actuators in it, as against how they were moved.
+NOMINAL = (
+    "twisting_zone_mm",
+    "hole_distance_mm",
+    "radius_mm",
+    "string_diameter_mm",
+    "strings",
+    "load_N",
+)
+
 
 @dataclass(frozen=True)
 class Conditions:
