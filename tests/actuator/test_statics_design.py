@@ -59,6 +59,18 @@ def test_stiffness_of_two_springs_side_by_side() -> None:
     assert found.stiffness_N_per_mm[0] == pytest.approx(2 * 1000.0 / length)
 
 
+@pytest.mark.parametrize("name", ["no_separator", "offset_no_separator", "volume_conserving"])
+def test_without_a_separator_the_string_keeps_its_length_and_rubs_nowhere(name: str) -> None:
+    law = MODELS[name]
+    known = {"twisting_zone_mm": 100.0, "hole_distance_mm": 5.0, "radius_mm": 0.24}
+    turns = np.array([1.0, 20.0])
+    found = statics(law, turns, law.geometry(known), 10.0, 2, 0.2, axial_stiffness_N=5000.0)
+    own = np.hypot(100.0, 2.5 if "hole_distance_mm" in law.parameters else 0.0)
+    np.testing.assert_allclose(found.stiffness_N_per_mm, 2 * 5000.0 / own)
+    np.testing.assert_allclose(found.torque_winding_Nm, found.torque_unwinding_Nm)
+    np.testing.assert_allclose(found.string_tension_N, 5.0)
+
+
 def test_torque_stiffness_is_the_torques_slope() -> None:
     turns = np.linspace(1, 50, 4001)
     found = pair(turns)

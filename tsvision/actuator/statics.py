@@ -4,6 +4,7 @@ Virtual work: without losses the motor torque is T = F dx/dα. String that slide
 the separator's hole loses tension as on a capstan, e^(μ θ), θ the angle by which it is bent
 there, cos θ = L / (L + x). Winding, the motor works against that loss; unwinding, it is spared.
 Each of the N strings carries F / N outside the separator and F e^(μ θ) / N inside while winding.
+Without a separator no string slides over an edge, and what stretches is the string's own length.
 """
 
 from __future__ import annotations
@@ -63,7 +64,8 @@ def statics(
     axial_stiffness_N: float = float("nan"),
 ) -> Statics:
     """Statics at each turn count. `friction` is μ at the hole's edge, `axial_stiffness_N` EA of
-    one string; strings stretch over the length L + x that lies between hole and motor.
+    one string; strings stretch over the length L + x that lies between hole and motor, or over
+    their own where the model has no separator.
     InputError on a negative load or friction."""
     for name, value in (("load", load_N), ("friction", friction)):
         if not (np.isfinite(value) and value >= 0):
@@ -72,7 +74,12 @@ def statics(
     x = model.displacement_mm(n, **geometry)
     feed_mm_per_rad = model.slope_mm_per_turn(n, **geometry) / RAD_PER_TURN
     zone = geometry["twisting_zone_mm"]
-    capstan = np.exp(friction * np.arccos(np.clip(zone / (zone + x), -1.0, 1.0)))
+    if model.separator:
+        length_mm = zone + x
+        capstan = np.exp(friction * np.arccos(np.clip(zone / length_mm, -1.0, 1.0)))
+    else:
+        length_mm = np.full_like(x, np.hypot(zone, geometry.get("hole_distance_mm", 0.0) / 2))
+        capstan = np.ones_like(x)
     ideal_Nm = load_N * feed_mm_per_rad / MM_PER_M
     step = 1e-4  # turns; the slope has no second derivative on the shelf
     bend = (
@@ -88,7 +95,7 @@ def statics(
         torque_winding_Nm=ideal_Nm * capstan,
         torque_unwinding_Nm=ideal_Nm / capstan,
         string_tension_N=load_N / strings * capstan,
-        stiffness_N_per_mm=strings * axial_stiffness_N / (zone + x),
+        stiffness_N_per_mm=strings * axial_stiffness_N / length_mm,
         torque_stiffness_Nmm_per_rad=load_N * bend / RAD_PER_TURN**2,
     )
 

@@ -53,6 +53,7 @@ class ExtendedModel:
     zeroed_share: float
     title: str = "Extended model"
     parameters: tuple[str, ...] = field(default=NEEDED)
+    separator: bool = True  # as all models that can be questioned
 
     def geometry(self, known: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
         """This model's keywords: those that are known, the others from the verdict.

@@ -29,6 +29,7 @@ class DisplacementModel:
     Displacement in mm, slope in mm per turn; NaN where the model has no solution.
     `parameters` names the geometry keywords that it takes (all are needed); `free` names those
     that a refit to data may change. `only_strings`: the one N that it holds for, None for any.
+    `separator`: whether string comes through one's holes, else the string has a length of its own.
     """
 
     name: str
@@ -43,6 +44,7 @@ class DisplacementModel:
     slope_mm_per_turn: Callable[..., np.ndarray]
     turns_for_displacement: Callable[..., np.ndarray]
     only_strings: int | None = None
+    separator: bool = True
 
     def geometry(self, known: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
         """Pick this model's keywords out of all that is known; InputError if one is missing."""

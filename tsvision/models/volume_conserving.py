@@ -64,4 +64,5 @@ MODEL = DisplacementModel(
     displacement_mm=displacement_mm,
     slope_mm_per_turn=slope_mm_per_turn,
     turns_for_displacement=turns_for_displacement,
+    separator=False,
 )
