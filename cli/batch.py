@@ -84,14 +84,23 @@ def command(
 
 
 def write_verdict(folder: Path) -> None:
-    """verdict.json of a measured recording, unless it has one; InputError when its data do not
-    allow a diagnosis."""
+    """verdict.json of a measured recording, unless it has one of these data by these sources;
+    InputError when its data do not allow a diagnosis, and then none is left that was."""
+    from contextlib import suppress
+
     from tsvision.atomic import write_text
     from tsvision.diagnosis.sources import diagnose_sources
+    from tsvision.errors import InputError
     from tsvision.jsonable import to_json
     from tsvision.records import Rig
-    from tsvision.results.overview import VERDICT
+    from tsvision.results.overview import VERDICT, read_verdict
+    from tsvision.results.read import read_summary
+    from tsvision.results.summary import diagnosis_key
 
-    if not (folder / VERDICT).is_file():
-        verdict = diagnose_sources([folder], Rig())
-        write_text(folder / VERDICT, to_json(verdict.to_json()))
+    key = diagnosis_key(read_summary(folder))
+    with suppress(InputError):  # a damaged one is none
+        if read_verdict(folder).get("key") == key:
+            return
+    (folder / VERDICT).unlink(missing_ok=True)
+    verdict = diagnose_sources([folder], Rig())
+    write_text(folder / VERDICT, to_json({**verdict.to_json(), "key": key}))

@@ -12,6 +12,7 @@ import sys
 import time
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import av
@@ -23,11 +24,14 @@ import polars
 import pyarrow.parquet as pq
 import pytest
 
+from cli.batch import write_verdict
 from tests.batch.compare import PROGRAM, assert_same_bytes, bytes_below, skip_if_edited
 from tsvision.batch import BatchReport, run_batch
 from tsvision.batch.plan import plan
 from tsvision.errors import InputError
+from tsvision.records import Rig
 from tsvision.results import read_measurement
+from tsvision.results.overview import read_verdict
 from tsvision.results.summary import code_digest
 from tsvision.results.table import query_results
 from tsvision.run import Request, measure_to_folder
@@ -168,13 +172,48 @@ def test_what_finishes_a_recording_enters_the_data_set(shelf: Path, tmp_path: Pa
     def finish(folder: Path) -> None:
         if folder.name == "film1":
             raise InputError("no displacement")
+        if folder.name == "film2":
+            raise ZeroDivisionError("a fault\nin two lines")
         (folder / "verdict.json").write_text('{"status": "no_discrepancy", "causes": []}')
 
     report = batch(shelf, tmp_path / "out", finish=finish)
-    assert report.notes == ("film1: no displacement",)
+    assert report.notes == (
+        "film1: no displacement",
+        "film2: ZeroDivisionError: a fault in two lines",
+    )
     overview = pq.read_table(tmp_path / "out" / "dataset" / "recordings.parquet")
-    assert overview.column("verdict").to_pylist() == ["no_discrepancy", None, "no_discrepancy"]
-    assert overview.column("causes").to_pylist() == ["", None, ""]
+    assert overview.column("verdict").to_pylist() == ["no_discrepancy", None, None]
+    assert overview.column("causes").to_pylist() == ["", None, None]
+
+
+def test_a_verdict_is_kept_while_data_and_program_are_the_same(
+    shelf: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+    batch(shelf, out)
+    folder = out / "recordings" / "film0"
+    asked: list[Path] = []
+
+    def diagnosed(paths: list[Path], rig: Rig) -> Any:
+        asked.extend(paths)
+        return SimpleNamespace(to_json=lambda: {"status": "no_discrepancy", "causes": []})
+
+    monkeypatch.setattr("tsvision.diagnosis.sources.diagnose_sources", diagnosed)
+    (folder / "verdict.json").write_text('{"status": "explained"}')  # nobody knows by what
+    write_verdict(folder)
+    assert len(asked) == 1 and read_verdict(folder)["status"] == "no_discrepancy"
+    write_verdict(folder)
+    assert len(asked) == 1
+    changed = json.loads((folder / "summary.json").read_text()) | {"key": "other pictures"}
+    (folder / "summary.json").write_text(json.dumps(changed))
+    write_verdict(folder)
+    assert len(asked) == 2
+    monkeypatch.setattr("tsvision.results.summary.digest_of_sources", lambda *_: "other program")
+    write_verdict(folder)
+    assert len(asked) == 3
+    (folder / "verdict.json").write_text("{")
+    write_verdict(folder)
+    assert len(asked) == 4 and read_verdict(folder)["status"] == "no_discrepancy"
 
 
 # ------------------------------------------------------------------ bad recordings

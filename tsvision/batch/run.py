@@ -81,7 +81,7 @@ def run_batch(
 
     `engine` is "local" (`workers` processes), "dask" (at `scheduler`) or "here" (this process).
     `chunk_frames` is rounded up to whole segments. `finish` is called with each good recording's
-    folder before the data set is gathered (to diagnose it); its InputError becomes a note. A
+    folder before the data set is gathered (to diagnose it); what it raises becomes a note. A
     recording that cannot be measured is reported and stops no other.
     Raises InputError when the folder is locked or cannot be written.
     """
@@ -121,9 +121,15 @@ def _finish(
     for name in (item.name for item in items if item.name not in report.failed):
         try:
             finish(out / RECORDINGS / name)
-        except InputError as problem:
-            notes.append(f"{name}: {problem}")
+        except Exception as problem:  # hours of measuring are not lost to a fault in one of them
+            notes.append(f"{name}: {_told(problem)}")
     return tuple(notes)
+
+
+def _told(problem: BaseException) -> str:
+    """An error in one line, with its kind where it is no word to the user."""
+    known = isinstance(problem, InputError | WorkerDied)
+    return " ".join((str(problem) if known else f"{type(problem).__name__}: {problem}").split())
 
 
 def _gather(out: Path, items: list[Item], report: BatchReport) -> None:
@@ -244,9 +250,7 @@ class _Batch:
         self._submit(("merge", name), merge, *args)
 
     def _fail(self, name: str, error: BaseException) -> None:
-        known = isinstance(error, InputError | WorkerDied)
-        told = str(error) if known else f"{type(error).__name__}: {error}"
-        self._failed.setdefault(name, " ".join(told.split()))
+        self._failed.setdefault(name, _told(error))
         self._log.write("failed", recording=name, problem=self._failed[name])
 
     def _counts(self) -> Counts:

@@ -141,6 +141,13 @@ def content_key(recording: Recording, digests: Mapping[Path, str], first: int = 
     return known.hexdigest()
 
 
+def diagnosis_key(summary: Mapping[str, Any]) -> str:
+    """sha256 of all that decides the verdict on a measured recording: its key, the program."""
+    package = Path(__file__).parents[1]
+    program = digest_of_sources(package, ("diagnosis", "mechanisms", "models"))
+    return hashlib.sha256(f"{summary.get('key')}\n{program}\n".encode()).hexdigest()
+
+
 @lru_cache(maxsize=1)
 def code_digest() -> str:
     """sha256 of the sources that decide a measurement, so that an updated program, whatever its
