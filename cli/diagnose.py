@@ -17,8 +17,15 @@ def command(
     ],
     rig: Annotated[Path | None, typer.Option("--rig", help="rig.toml for what DATA lacks.")] = None,
     model: Annotated[
-        str, typer.Option("--model", "-m", help="The base model that is questioned.")
-    ] = "constant_radius",
+        str | None,
+        typer.Option(
+            "--model",
+            "-m",
+            help="The model that is questioned: constant_radius (the default), variable_radius or"
+            " separator_no_offset; of a table of diameters against N the section, pair_core (the"
+            " default) or ring.",
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Also write the JSON here (predict can use it).")
     ] = None,

@@ -69,18 +69,23 @@ def read_diameters(
         if "string_diameter_mm" in header
         else np.full(len(rows), string_mm)
     )
+    d_sd = column("string_diameter_mm_sd") if "string_diameter_mm_sd" in header else STRING_SD * d
+    sd = column(sd_key) if sd_key else np.full(len(rows), USUAL_SD_MM)
+    sd = np.where(np.isnan(sd), USUAL_SD_MM, sd)
     notes: tuple[str, ...] = ()
-    if np.any(np.isnan(d[keep])):
+    unknown = np.isnan(d)
+    if np.any(unknown[keep]):
         single = keep & (count == 1)
         if not single.any():
             raise InputError(
                 f"{where}: the strings' diameter is unknown; add 'string_diameter_mm', a row of "
                 "one string, or strings.diameter_mm in --rig"
             )
-        d = np.where(np.isnan(d), value[single].mean(), d)
+        d = np.where(unknown, value[single].mean(), d)
+        d_sd = np.where(unknown, np.sqrt(np.sum(sd[single] ** 2)) / single.sum(), d_sd)
+        # That reading tells d and no more: as a bundle of one it would be right by itself.
+        keep &= ~(single & unknown)
         notes = ("d is the measured diameter of the single string",)
-    d_sd = column("string_diameter_mm_sd") if "string_diameter_mm_sd" in header else STRING_SD * d
-    sd = column(sd_key) if sd_key else np.full(len(rows), USUAL_SD_MM)
     turns = column("turns") if "turns" in header else np.full(len(rows), np.nan)
     zone = (
         column("twisting_zone_mm") if "twisting_zone_mm" in header else np.full(len(rows), zone_mm)
@@ -93,7 +98,7 @@ def read_diameters(
         d[keep],
         np.where(np.isnan(d_sd), STRING_SD * d, d_sd)[keep],
         value[keep],
-        np.where(np.isnan(sd), USUAL_SD_MM, sd)[keep],
+        sd[keep],
         lay[keep],
         notes,
     )

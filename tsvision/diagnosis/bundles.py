@@ -40,7 +40,10 @@ class BundleFit:
 def diagnose_bundles(data: Diameters, base: str = "pair_core") -> Verdict:
     """What a section model gets wrong about measured diameters; InputError on too few."""
     if base not in SECTIONS:
-        raise InputError(f"no bundle model '{base}'; there are: {', '.join(SECTIONS)}")
+        raise InputError(
+            f"no section model '{base}', which a table of diameters against N questions; there "
+            f"are: {', '.join(SECTIONS)}"
+        )
     if len(np.unique(data.count)) < LEAST_COUNTS:
         raise InputError(f"diameters of at least {LEAST_COUNTS} different N are needed")
     fits = fit_all(data, base)

@@ -13,25 +13,22 @@ from tsvision.diagnosis.observations import Table
 from tsvision.diagnosis.table import read_rows, read_table
 from tsvision.diagnosis.verdict import Verdict
 from tsvision.errors import InputError
-from tsvision.models import MODELS
 from tsvision.records import Rig
 
 
-def diagnose_sources(
-    paths: Sequence[Path], rig: Rig, base: str = "constant_radius", section: str = "pair_core"
-) -> Verdict:
+def diagnose_sources(paths: Sequence[Path], rig: Rig, model: str | None = None) -> Verdict:
     """Diagnose one CSV, or one or more measured folders (each a run).
 
-    A table of bundle diameters against N questions the section model `section` instead of `base`.
+    `model` is questioned: a displacement model (constant_radius unless told otherwise), or for a
+    table of bundle diameters against N a section model (pair_core).
     """
-    if base not in MODELS:
-        raise InputError(f"no model '{base}' on the shelf; there are: {', '.join(MODELS)}")
     if len(paths) == 1 and paths[0].is_file():
         header, rows = read_rows(paths[0])
         if is_bundle_table(header, rows):
             d, zone = rig.strings.diameter_mm, rig.actuator.twisting_zone_mm
-            return diagnose_bundles(read_diameters(header, rows, d, zone, str(paths[0])), section)
-    return diagnose(load(paths, rig), base)
+            data = read_diameters(header, rows, d, zone, str(paths[0]))
+            return diagnose_bundles(data, model or "pair_core")
+    return diagnose(load(paths, rig), model or "constant_radius")
 
 
 def load(paths: Sequence[Path], rig: Rig) -> Table:
