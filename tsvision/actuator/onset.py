@@ -9,7 +9,8 @@ so the next one has to go elsewhere, into coiling. With p = L / turns:
 
 No constant is fitted, neither per N nor at all. What the rule does not claim: that the strands
 themselves are at the zero-twist angle. Their centre lines lie at a smaller radius, and by the
-strict strand geometry (`RULES` has it too) N = 2 would only jam at about 36 turns.
+strict strand geometry (`RULES` has it too) N = 2 would lock at about 31 turns, where the strands'
+contact leaves the axis (`models.helix_then_coil`), and hold no further turn at about 36.
 """
 
 from __future__ import annotations

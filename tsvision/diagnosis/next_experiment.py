@@ -118,7 +118,7 @@ def _sweep(problem: Problem) -> Conditions:
 
 
 def _grid(problem: Problem) -> Conditions:
-    """Conditions within reach: turns up to the largest, the loads at hand and half again."""
+    """Conditions within reach: turns up to the largest, the least and the largest load."""
     table = problem.table
     at = table.at
     used = np.unique(table.condition)

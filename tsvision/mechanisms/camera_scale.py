@@ -15,7 +15,7 @@ def _scale(state: State, p: Values) -> dict[str, np.ndarray]:
 
 _MAIN = Shape(
     "factor",
-    "seen = (1 + c) · true, for D and the hole distance in the picture",
+    "seen = (1 + c) · true, for D, p and the hole distance in the picture; turns seen / (1 + c)",
     (
         Parameter(
             "scale_error",
