@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.sections import section_diameter_mm
 from synth.settings import PAPER_ONSET_TURNS, PAPER_ZONE_MM, Law, Settings
 
 
@@ -58,10 +59,11 @@ def wound_turns(settings: Settings, index: int) -> float:
 
 
 def string_tension_N(settings: Settings, turns: float) -> float:
-    """T = F / (N cos beta), beta from the constant-radius model at the stated geometry."""
-    zone = stated_zone_mm(settings)
-    slope = 2.0 * np.pi * abs(turns) * settings.strings.diameter_mm / zone
-    return settings.actuator.load_N / settings.strings.count * float(np.hypot(1.0, min(slope, 2.0)))
+    """T = F / (N cos beta), the zone's mean tan beta = alpha r / L at the stated geometry."""
+    strings = settings.strings
+    diameter = section_diameter_mm(strings.section, strings.count, strings.diameter_mm)
+    slope = np.pi * abs(turns) * diameter / stated_zone_mm(settings)
+    return settings.actuator.load_N / strings.count * float(np.hypot(1.0, slope))
 
 
 def effective(settings: Settings, turns: float, time_s: float) -> Effective:

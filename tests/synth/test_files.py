@@ -15,6 +15,7 @@ import pytest
 
 from cli.main import run
 from synth.build import make_settings, parse_turns
+from synth.effects import string_tension_N
 from synth.recording import write_recording
 from synth.settings import Actuator, Hidden, Settings, Strings
 from tsvision.errors import InputError
@@ -109,6 +110,22 @@ def test_planted_effects_show_nowhere_but_in_the_truth(tmp_path: Path) -> None:
             assert b"eXIf" not in chunks
     story = json.loads((planted / "truth.json").read_text())
     assert story["settings"]["hidden"]["slip"] == 0.0371
+
+
+@pytest.mark.parametrize(("count", "diameter_mm"), [(2, 0.48), (4, 0.656), (8, 0.875)])
+def test_a_strings_tension_is_that_of_the_bundles_outer_radius(
+    count: int, diameter_mm: float
+) -> None:
+    """T = F / (N cos β), tan β = α D / 2L, at any turn count."""
+    settings = make_settings(
+        (0.0, 45.0),
+        strings=Strings(count=count, diameter_mm=0.24),
+        actuator=Actuator(load_N=19.61, twisting_zone_mm=23.2),
+    )
+    for turns in (0.0, 8.0, 45.0):
+        lay = np.arctan(np.pi * turns * diameter_mm / 23.2)
+        expected = 19.61 / count / np.cos(lay)
+        assert string_tension_N(settings, turns) == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.parametrize(
