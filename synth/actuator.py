@@ -41,7 +41,7 @@ def state_at(settings: Settings, index: int) -> State:
     turns = settings.turns[index]
     peak = max((abs(t) for t in settings.turns[: index + 1]), default=abs(turns))
     wound = wound_turns(settings, index)
-    return solve_state(settings, turns, wound, max(peak, abs(turns)), elapsed_s(settings, index))
+    return solve_state(settings, turns, wound, max(peak, abs(turns)))
 
 
 def elapsed_s(settings: Settings, index: int) -> float:
@@ -50,11 +50,9 @@ def elapsed_s(settings: Settings, index: int) -> float:
     return float(steps.sum() * settings.seconds_per_turn)
 
 
-def solve_state(
-    settings: Settings, turns: float, wound: float, peak: float, time_s: float = 0.0
-) -> State:
+def solve_state(settings: Settings, turns: float, wound: float, peak: float) -> State:
     """Close the turn budget for `wound` turns (signed); `peak` is the largest |turns| so far."""
-    real = effective(settings, turns, time_s)
+    real = effective(settings, turns)
     amount = abs(wound)
     sign = (1.0 if settings.strings.handedness == "Z" else -1.0) * (-1.0 if wound < 0 else 1.0)
     loose = sites_mm(settings, real, 1e3 * real.zone_mm)

@@ -66,7 +66,7 @@ def string_tension_N(settings: Settings, turns: float) -> float:
     return settings.actuator.load_N / strings.count * float(np.hypot(1.0, slope))
 
 
-def effective(settings: Settings, turns: float, time_s: float) -> Effective:
+def effective(settings: Settings, turns: float) -> Effective:
     """The true geometry at `turns`, planted effects included."""
     hidden, strings = settings.hidden, settings.strings
     law = filled_law(settings)

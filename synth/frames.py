@@ -34,7 +34,7 @@ class FrameWriter:
     def write(self, state: State, paths: list[StrandPath], index: int) -> str:
         """Draw, expose and store one frame; returns its file name."""
         drawing = take(self.settings, self.scene, state, paths)
-        picture = shoot(self.settings, self.scene, drawing, index)
+        picture = shoot(self.settings, drawing, index)
         if self.with_ids:
             _save(self.folder / "truth_ids" / f"frame_{index:05d}.png", drawing.ids, [])
         if self.video is not None:

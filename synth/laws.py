@@ -59,7 +59,7 @@ def law_displacement_mm(settings: Settings, real: Effective, amount: float) -> f
     return constant(min(turns, onset)) + COILED_DRAW_D * real.diameter_mm * beyond
 
 
-def strand_length_mm(laid: Laid, real: Effective) -> float:
+def strand_length_mm(laid: Laid) -> float:
     """Mean strand length, legs as straight tangents, before contact: for solving only."""
     radius = np.hypot(*laid.sites_mm.T)
     lay_slope = 2.0 * np.pi * radius / laid.pitch_mm
@@ -82,7 +82,7 @@ def lay_by_law(
     """
 
     def excess(stretch: float) -> float:
-        return strand_length_mm(at(stretch), real) - real.zone_mm - wanted_mm
+        return strand_length_mm(at(stretch)) - real.zone_mm - wanted_mm
 
     def at(stretch: float) -> Laid:
         return lay(settings, real, knots, amount, laid.pitch_mm * float(np.exp(stretch)))

@@ -80,7 +80,7 @@ def paint(
     key /= np.linalg.norm(key)
     dim = 0.06 if look.backlight else 1.0
     composite(
-        depth, alpha, piece, pieces.mid_px, pieces.inverse, pieces.half_mm, pieces.lean,
+        depth, alpha, piece, pieces.mid_px, pieces.inverse, pieces.lean,
         pieces.section, pieces.axes, pieces.strand, pieces.arc_mm, pieces.outward_mm,
         pieces.inside, left, top, outer_mm, FIBRE_ID,
         colours, key, look.light_strength * dim, look.ambient * dim, look.specular * dim,

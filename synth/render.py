@@ -132,7 +132,7 @@ def _paste(
     return Drawing(linear, full_ids, full_cover)
 
 
-def shoot(settings: Settings, scene: Scene, drawing: Drawing, index: int) -> np.ndarray:
+def shoot(settings: Settings, drawing: Drawing, index: int) -> np.ndarray:
     """The stored picture: (h, w) grey or (h, w, 3) BGR, noise seeded by recording and frame."""
     seed = settings.seed * 1_000_003 + index * 7919 + 13
     stored = expose(drawing.linear, settings.sensor, seed)

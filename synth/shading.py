@@ -47,7 +47,6 @@ def composite(
     piece,
     mid_px,
     inverse,
-    half_mm,
     lean,
     section,
     axes,

@@ -55,7 +55,7 @@ def analytic(settings: Settings) -> float:
 
     def one(index: int) -> np.ndarray:
         state = state_at(settings, index)
-        return shoot(settings, scene, draw(settings, scene, state), index)
+        return shoot(settings, draw(settings, scene, state), index)
 
     return cpu_frames_per_s(one)
 

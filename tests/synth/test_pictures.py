@@ -237,4 +237,4 @@ def test_shadow_side_can_vanish_into_the_ground() -> None:
     light = drawing.linear[rows, column, 0]
     assert light.max() > 6 * ground
     assert light.min() < 2.5 * ground
-    assert shoot(settings, scene, drawing, 0).dtype == np.uint8
+    assert shoot(settings, drawing, 0).dtype == np.uint8

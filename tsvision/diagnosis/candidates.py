@@ -66,7 +66,7 @@ def available(problem: Problem) -> frozenset[str]:
     return frozenset(have)
 
 
-def carried_over(problem: Problem, best: Fit, simulation: Simulation) -> np.ndarray:
+def carried_over(best: Fit, simulation: Simulation) -> np.ndarray:
     """The fit's values for parameters of the same name, their first start for the others."""
     known = dict(zip((key for key, _ in parameters(best.simulation)), best.u, strict=True))
     u = []

@@ -140,7 +140,7 @@ def _compose(
         next_experiment=following,
         residual=residual,
         exact_equivalences=exact_equivalences(sets, table.observables),
-        data=data_of(problem, best, counted),
+        data=data_of(problem, best),
         model=model_of(problem, shown),
         rows=rows_of(problem, plain, shown),
         notes=table.notes,

@@ -175,7 +175,7 @@ def exact_equivalences(
     return ({"mechanisms": list(ONE_RADIUS), "why": why},)
 
 
-def data_of(problem: Problem, best: Fit, counted: np.ndarray) -> dict[str, Any]:
+def data_of(problem: Problem, best: Fit) -> dict[str, Any]:
     """What the table held, the noise and the tolerances that were assumed."""
     table = problem.table
     used = table.at.take(np.unique(table.condition))

@@ -86,7 +86,7 @@ def other_shapes(problem: Problem, best: Fit, fresh: bool = False) -> list[Fit]:
             if fresh:
                 found.append(fit(problem, simulation))
             else:
-                start = carried_over(problem, best, simulation)
+                start = carried_over(best, simulation)
                 noise = (best.sigma, best.rho)
                 if shape.jumps:
                     start = slid(problem, simulation, start, noise, i)
@@ -148,7 +148,7 @@ def without_one(problem: Problem, best: Fit) -> list[Fit]:
     for part in best.simulation.parts:
         rest = tuple(p for p in best.simulation.parts if p is not part)
         simulation = replace(best.simulation, parts=rest)
-        start = carried_over(problem, best, simulation)
+        start = carried_over(best, simulation)
         found.append(fit(problem, simulation, start, noise=(best.sigma, best.rho)))
     return found
 
@@ -210,7 +210,7 @@ def _plainer(problem: Problem, found: Fit) -> list[Fit]:
             parts = list(found.simulation.parts)
             parts[i] = Part(part.mechanism, main)
             simulation = replace(found.simulation, parts=tuple(parts))
-            start = carried_over(problem, found, simulation)
+            start = carried_over(found, simulation)
             fits.append(fit(problem, simulation, start, noise=(found.sigma, found.rho)))
     return fits
 

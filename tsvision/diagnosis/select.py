@@ -57,7 +57,7 @@ def select(problem: Problem, hints: Selection | None = None) -> Selection:
     """
     base = fit(problem, Simulation(base=problem.base))
     hints = None if hints is None else _hopeful(hints)
-    singles = _singles(problem, base, hints)
+    singles = _singles(problem, hints)
     candidates = list(singles)
     worth = [c for c in singles if c.log_evidence - base.log_evidence > -1.0] or singles[:1]
     if worth:
@@ -124,7 +124,7 @@ def _hopeful(hints: Selection) -> Selection:
     return replace(hints, candidates=tuple(kept))
 
 
-def _singles(problem: Problem, base: Fit, hints: Selection | None) -> list[Candidate]:
+def _singles(problem: Problem, hints: Selection | None) -> list[Candidate]:
     found = []
     known = {} if hints is None else {c.names: c for c in hints.candidates}
     for name in MECHANISMS:

@@ -99,7 +99,7 @@ def find_cycles(log: RigLog) -> Cycles:
     start = _after_pauses(pause, step, running) if by_pauses else _after_rests(log, spinning)
     of_row = np.searchsorted(start, np.arange(log.time_s.size), side="right")
     counter = log.cycle[start] if start.size else np.empty(0)
-    findings = [*_odd_pauses(log, pause, start, by), *_counter(log, start, pause)]
+    findings = [*_odd_pauses(log, pause, start, by), *_counter(log, start)]
     sound = not any(f.kind.startswith("counter") for f in findings)
     return Cycles(start, of_row, counter, sound, by, tuple(findings))
 
@@ -173,7 +173,7 @@ def _odd_pauses(log: RigLog, pause: np.ndarray, start: np.ndarray, by: str) -> l
     return [Finding("gap_without_start", odd.size, int(log.line[odd[0]]), text)]
 
 
-def _counter(log: RigLog, start: np.ndarray, pause: np.ndarray) -> list[Finding]:
+def _counter(log: RigLog, start: np.ndarray) -> list[Finding]:
     """Where the log's own counter falls, jumps, counts without motion, or does not count."""
     if not np.isfinite(log.cycle).any() or not start.size:
         return []
