@@ -9,7 +9,7 @@ lies outside the tested range is said to be an extrapolation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -207,7 +207,8 @@ def _judged(made: Candidate, wanted: Wanted, motor: Motor, stretched: bool) -> C
         (made.life_low < wanted.life_cycles <= made.life_cycles, "life unsure"),
         (stretched, "life extrapolated"),
     )
-    values = {name: getattr(made, name) for name in made.__dataclass_fields__}
-    values["against"] = tuple(text for broken, text in limits if broken)
-    values["notes"] = tuple(text for holds, text in notes if holds)
-    return Candidate(**values)
+    return replace(
+        made,
+        against=tuple(text for broken, text in limits if broken),
+        notes=tuple(text for holds, text in notes if holds),
+    )

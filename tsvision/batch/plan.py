@@ -9,7 +9,7 @@ import hashlib
 import os
 import re
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tsvision.errors import InputError
@@ -67,19 +67,7 @@ def plan(source: str, base: Request) -> list[Item]:
 
 def _item(path: Path, base: Request, name: str = "") -> Item:
     shown = name or (path.resolve().name if path.is_dir() else path.stem)
-    return Item(shown, _replace_source(base, path))
-
-
-def _replace_source(base: Request, path: Path) -> Request:
-    return Request(
-        path,
-        base.rig_path,
-        base.overrides,
-        base.turns_file,
-        base.turns_per_frame,
-        base.turns_from_name,
-        base.frames,
-    )
+    return Item(shown, replace(base, source=path))
 
 
 def _recordings_in(folder: Path) -> list[Path]:

@@ -10,7 +10,7 @@ Equal prior odds; the weights sum to 1. One recording can decide little, and the
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
@@ -76,7 +76,7 @@ def judge(bundles: Bundles) -> Support:
     top = max(v.log_evidence for v in scored)
     total = sum(math.exp(v.log_evidence - top) for v in scored)
     weighed = sorted(
-        (_with_weight(v, math.exp(v.log_evidence - top) / total) for v in scored),
+        (replace(v, weight=math.exp(v.log_evidence - top) / total) for v in scored),
         key=lambda v: -v.weight,
     )
     rival = next(v for v in weighed if _family(v.model) != _family(weighed[0].model))
@@ -159,11 +159,6 @@ def _log_likelihoods(predicted: np.ndarray, bundles: Bundles) -> np.ndarray:
     variance = bundles.sd_mm**2 + by_string**2 + misfit[:, None] ** 2
     square = (bundles.diameter_mm - predicted) ** 2 / variance
     return -0.5 * np.sum(square + np.log(2 * math.pi * variance), axis=1) - math.log(GRID)
-
-
-def _with_weight(verdict: Verdict, weight: float) -> Verdict:
-    values = {name: getattr(verdict, name) for name in verdict.__dataclass_fields__}
-    return Verdict(**{**values, "weight": weight})
 
 
 def _load_slope(best: Verdict, bundles: Bundles) -> tuple[float, float, float]:
