@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from tsvision.data import table
-from tsvision.diagnosis.table import Table, table_from_rows
+from tsvision.diagnosis.table import Table, read_rows, table_from_rows
 from tsvision.errors import InputError
 from tsvision.records import Actuator, Rig, Strings
 
@@ -69,7 +68,7 @@ def read_sample(
         if source.is_dir():
             frame, rig, pitch_mm = _measured(source, rig, pitch_mm)
         else:
-            frame = _read_csv(source)
+            frame = pd.DataFrame(read_rows(source)[1])
         prefix = f"{source.stem} " if len(sources) > 1 else ""
         runs = frame["run"].astype(str) if "run" in frame else pd.Series("run", frame.index)
         frames.append(frame.assign(run=[f"{prefix}{run}".strip() for run in runs]))
@@ -77,18 +76,6 @@ def read_sample(
     if not math.isnan(bundle_diameter_mm):
         data["bundle_diameter_mm"] = bundle_diameter_mm
     return _from_frame(data, rig, ", ".join(s.name for s in sources), pitch_mm)
-
-
-def _read_csv(path: Path) -> pd.DataFrame:
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            # Cells beyond the header come under None; they belong to no column.
-            rows = [{k: v for k, v in row.items() if k} for row in csv.DictReader(file)]
-    except (OSError, UnicodeDecodeError, csv.Error) as problem:
-        raise InputError(f"cannot read '{path}' ({problem}); give a CSV file or folder") from None
-    if not rows:
-        raise InputError(f"'{path}' holds no rows; give one observation a row")
-    return pd.DataFrame(rows)
 
 
 def _measured(folder: Path, rig: Rig, pitch_mm: float) -> tuple[pd.DataFrame, Rig, float]:
