@@ -8,6 +8,7 @@ import pytest
 
 from tests.timeline.series import KNOT_COLUMNS
 from tsvision.timeline.chain import Histories
+from tsvision.timeline.lengths import in_both_units
 from tsvision.timeline.order import order_frames
 from tsvision.timeline.telling import split_sightings
 from tsvision.timeline.tracks import Tracking, track_knots
@@ -64,6 +65,18 @@ def test_a_gap_is_part_of_the_track_and_is_bridged() -> None:
     assert kept.loc[~kept["seen"], "frame"].tolist() == [4, 5]
     assert np.allclose(kept["centre_mm"], 8 + 0.1 * np.arange(10))
     assert kept["track"].nunique() == 1
+
+
+def test_a_bridge_is_told_in_px_too_and_spoils_no_place_beside_it() -> None:
+    places = {i: [8 + 0.1 * i] for i in range(10) if i not in (4, 5)}
+    frames, knots = tables(places, 10)
+    knots = in_both_units(frames.assign(mm_per_px=0.0228), knots)
+    order = order_frames(frames)
+    there = np.ones(len(frames))
+    tracking = track_knots(frames, knots, order)
+    kept, _ = split_sightings(frames, knots, tracking, order, Histories(there, there > 0))
+    for name in ("centre", "length", "max_diameter"):
+        assert np.allclose(kept[f"{name}_px"], kept[f"{name}_mm"] / 0.0228)
 
 
 def test_places_are_evened_out_along_a_track_and_drift_stays() -> None:

@@ -16,7 +16,7 @@ from tsvision.timeline.tracks import GAP_FRAMES, Tracking
 
 CENTRES = ("centre_mm", "centre_px", "centre_x_px", "centre_y_px")
 EVENED = 5  # frames over which a knot's place is told by the middle one
-PLACED = ("centre_mm", "length_mm", "max_diameter_mm", "centre_x_px", "centre_y_px")
+PLACED = (*CENTRES, "length_mm", "length_px", "max_diameter_mm", "max_diameter_px")
 
 
 def tell_frames(
