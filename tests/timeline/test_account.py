@@ -9,6 +9,7 @@ import pytest
 from tests.timeline.series import KNOT_COLUMNS, Plan, simulate, unmeasure
 from tsvision.records import Actuator, Rig
 from tsvision.timeline.account import account
+from tsvision.timeline.criteria import Criteria
 
 RIG = Rig(actuator=Actuator(twisting_zone_mm=23.2, hole_diameter_mm=0.6))
 
@@ -62,6 +63,18 @@ def test_unmeasured_frames_about_the_onset_leave_it_undetermined() -> None:
     told = account(frames, knots, RIG)
     assert told.onsets["knot_onset"].status == "undetermined"
     assert "could not be measured" in told.reasons["knot_onset"]
+
+
+def test_what_was_not_seen_is_told_in_the_motors_own_sense_and_at_the_level_asked_for() -> None:
+    series = simulate(Plan())
+    turns = series.frames["turns"].to_numpy()
+    frames, knots = unmeasure(series.frames, series.knots, (turns > 25) & (turns < 62))
+    criteria = Criteria(level=0.9)
+    up = account(frames, knots, RIG, criteria).onsets["knot_onset"]
+    down = account(frames.assign(turns=-turns), knots, RIG, criteria).onsets["knot_onset"]
+    assert up.status == down.status == "undetermined" and up.low < up.high
+    assert (down.low, down.high, down.last_turns) == (-up.high, -up.low, -up.last_turns)
+    assert up.level == down.level == 0.9
 
 
 def test_shuffled_frames_with_their_turns_give_the_same_onset_and_say_so() -> None:

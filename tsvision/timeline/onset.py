@@ -108,11 +108,11 @@ def _observed(
     low = min(float(np.quantile(drawn, tail)), float(gap_from))
     latest = order.wind[index[min(int(np.ceil((1 - tail) * len(index))), len(index) - 1)]]
     high = max(float(latest), float(order.wind[first_seen]))  # the end of its gap: the frame
+    last = float(order.wind[good].max())
     if _blind(order, good, low, high):
         reason = f"too many frames between {low:.4g} and {high:.4g} turns could not be measured"
-        onset, _ = _undetermined(order, good, criteria, reason)
-        return _signed(Onset(onset.status, None, low, high, onset.last_turns), order), reason
-    last = float(order.wind[good].max())
+        onset = Onset("undetermined", None, low, high, last, criteria.level)
+        return _signed(onset, order), reason
     onset = Onset("observed", float(order.wind[first_seen]), low, high, last, criteria.level)
     return _signed(onset, order), ""
 
