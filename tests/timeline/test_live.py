@@ -15,11 +15,18 @@ import pytest
 
 from cli.main import run
 from tests.timeline.series import Plan, Series, simulate
+from tsvision.errors import InputError
+from tsvision.images.turns import read_turns
 from tsvision.records import Actuator, Frame, FrameResult, FrameRow, KnotSighting, Rig
 from tsvision.timeline.account import account
 from tsvision.timeline.learning import Learner
 from tsvision.timeline.live import Live
-from tsvision.timeline.sources import growing_folder, turns_from_file, turns_per_frame
+from tsvision.timeline.sources import (
+    growing_folder,
+    turns_from_file,
+    turns_from_name,
+    turns_per_frame,
+)
 
 RIG = Rig(actuator=Actuator(twisting_zone_mm=23.2, hole_diameter_mm=0.9))
 
@@ -107,6 +114,61 @@ def test_turns_come_from_a_growing_table_or_a_lone_number(tmp_path: Path) -> Non
     number = tmp_path / "now.txt"
     number.write_text("17.25\n")
     assert turns_from_file(number)(9, "x", 0.0) == 17.25
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        "file;turns\na.png;1.5\nb.png;2\n",
+        "frame, turns\n0, 1.5\n1, 2\n",
+        "file\tturns\nrun 3/a.png\t1.5\nrun 3\\b.png\t2\n",
+        "turns,load_N\n1.5,3\n\n2,3\n",
+    ],
+)
+def test_a_growing_table_reads_as_a_finished_one_does(tmp_path: Path, table: str) -> None:
+    path = tmp_path / "turns.csv"
+    path.write_text(table)
+    read = turns_from_file(path)
+    files = ("a.png", "b.png")
+    growing = [read(i, name, 0.0) for i, name in enumerate(files)]
+    assert growing == read_turns(path, files).turns.tolist() == [1.5, 2.0]
+
+
+def test_what_no_finished_table_may_hold_is_refused_once_its_line_is_whole(tmp_path: Path) -> None:
+    path = tmp_path / "turns.csv"
+    read = turns_from_file(path)
+    for text, wrong in (
+        ("file,turn\na.png,1.5", "no column 'turns'; rename 'turn'"),
+        ("file,turns\na.png,one", "is no number"),
+        ("file,turns\na.png,1,5", "3 values under 2 columns"),
+        ("frame,turns\n0.5,1.5", "no whole number"),
+    ):
+        path.write_text(text)
+        assert np.isnan(read(0, "a.png", 0.0))
+        path.write_text(text + "\n")
+        with pytest.raises(InputError, match=wrong):
+            read(0, "a.png", 0.0)
+
+
+def test_a_half_written_last_line_is_waited_for(tmp_path: Path) -> None:
+    path = tmp_path / "turns.csv"
+    read = turns_from_file(path)
+    whole = "file,turns\na.png,1.5\ngrün.png,12.5\n".encode()
+    for end in range(len(whole) + 1):
+        path.write_bytes(whole[:end])
+        first, second = read(0, "a.png", 0.0), read(1, "grün.png", 0.0)
+        assert first in (1.0, 1.5) or (np.isnan(first) and end < whole.index(b"1.5") + 1)
+    assert (first, second) == (1.5, 12.5)
+    path.write_text("frame,turns\n1,2.5\n1")  # the beginning of frame 10 or more
+    assert read(1, "x", 0.0) == 2.5
+
+
+def test_turns_in_file_names_are_read_by_the_rules_of_a_finished_recording() -> None:
+    read = turns_from_name("t([0-9.a-z]+)_")
+    assert read(0, "t12.5_x.png", 0.0) == 12.5
+    assert np.isnan(read(0, "x.png", 0.0))
+    with pytest.raises(InputError, match="is not a number"):
+        read(0, "tx_.png", 0.0)
 
 
 class Replay:

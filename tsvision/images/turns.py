@@ -13,6 +13,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
@@ -85,7 +86,8 @@ def _blank(count: int) -> TurnColumns:
     return TurnColumns(nothing.copy(), nothing.copy(), nothing.copy(), nothing.copy(), nothing)
 
 
-def _from_names(files: tuple[str, ...], expression: str) -> np.ndarray:
+def name_pattern(expression: str) -> re.Pattern[str]:
+    """The expression that finds a turn count in a file's name; InputError unless it marks one."""
     try:
         pattern = re.compile(expression)
     except re.error as error:
@@ -97,13 +99,22 @@ def _from_names(files: tuple[str, ...], expression: str) -> np.ndarray:
             f"--turns-from-name {expression!r}: has {pattern.groups} groups; "
             r"mark the number with one, such as 't([0-9.]+)'"
         )
-    turns = np.full(len(files), np.nan)
-    for i, name in enumerate(files):
-        match = pattern.search(name)
-        if match and match[1] is not None:
-            if not re.fullmatch(_NUMBER, match[1]):
-                raise InputError(f"--turns-from-name: {match[1]!r} in {name!r} is not a number")
-            turns[i] = float(match[1].replace(",", "."))
+    return pattern
+
+
+def number_in_name(pattern: re.Pattern[str], name: str) -> float:
+    """The turn count in a file's name, NaN where the pattern does not match."""
+    match = pattern.search(name)
+    if not match or match[1] is None:
+        return math.nan
+    if not re.fullmatch(_NUMBER, match[1]):
+        raise InputError(f"--turns-from-name: {match[1]!r} in {name!r} is not a number")
+    return float(match[1].replace(",", "."))
+
+
+def _from_names(files: tuple[str, ...], expression: str) -> np.ndarray:
+    pattern = name_pattern(expression)
+    turns = np.array([number_in_name(pattern, name) for name in files])
     if np.isnan(turns).all():
         raise InputError(
             f"--turns-from-name {expression!r}: matches no file, e.g. not {files[0]!r}"
@@ -118,18 +129,14 @@ def _from_table(table: Path, files: tuple[str, ...], single: bool) -> TurnColumn
     rows = list(_rows(table))
     if not rows:
         raise InputError(f"{table}: has no rows; write one a frame, or take the file away")
-    header = list(rows[0][1])
-    if "turns" not in header:
-        near = difflib.get_close_matches("turns", header, n=1, cutoff=0.5)
-        hint = f"rename '{near[0]}'" if near else f"it has {', '.join(header)[:80]}"
-        raise InputError(f"{table}: no column 'turns'; {hint}")
+    must_hold_turns(table, list(rows[0][1]))
     places, notes = _places(table, rows, files, single)
     columns = _blank(len(files))
     first_line: dict[int, tuple[int, dict[str, float]]] = {}
     for (line, row), place in zip(rows, places, strict=True):
         if place is None:
             continue
-        values = {name: _number(table, line, name, row.get(name, "")) for name in COLUMNS}
+        values = {name: number(table, line, name, row.get(name, "")) for name in COLUMNS}
         if place in first_line:
             earlier_line, earlier = first_line[place]
             if repr(earlier) != repr(values):  # NaN equals NaN here
@@ -142,6 +149,14 @@ def _from_table(table: Path, files: tuple[str, ...], single: bool) -> TurnColumn
         for name in COLUMNS:
             getattr(columns, name)[place] = values[name]
     return replace(columns, notes=notes)
+
+
+def must_hold_turns(table: Path, header: list[str]) -> None:
+    """InputError for a table without a column `turns`."""
+    if "turns" not in header:
+        near = difflib.get_close_matches("turns", header, n=1, cutoff=0.5)
+        hint = f"rename '{near[0]}'" if near else f"it has {', '.join(header)[:80]}"
+        raise InputError(f"{table}: no column 'turns'; {hint}")
 
 
 def _places(
@@ -176,7 +191,7 @@ def _places_by_file(
     exact = {name: i for i, name in enumerate(files)}
     short: dict[str, int | None] = {}  # bare names, None where two folders hold the same
     for i, name in enumerate(files):
-        bare = name.rsplit("/", 1)[-1]
+        bare = bare_name(name)
         short[bare] = None if bare in short else i
     places: list[int | None] = []
     unknown: list[str] = []
@@ -184,11 +199,16 @@ def _places_by_file(
         name = row.get("file", "").strip()
         if not name:
             raise InputError(f"{table}, line {line}: 'file' is empty; name the picture")
-        place = exact.get(name, short.get(name.replace("\\", "/").rsplit("/", 1)[-1]))
+        place = exact.get(name, short.get(bare_name(name)))
         places.append(place)
         if place is None:
             unknown.append(name)
     return places, unknown
+
+
+def bare_name(name: str) -> str:
+    """A file's name without its folders, whichever way they are parted."""
+    return name.replace("\\", "/").rsplit("/", 1)[-1]
 
 
 def _note_unknown(table: Path, unknown: list[str], files: tuple[str, ...]) -> tuple[str, ...]:
@@ -202,24 +222,31 @@ def _places_by_frame(
 ) -> list[int | None]:
     places: list[int | None] = []
     for line, row in rows:
-        text = row.get("frame", "").strip()
-        try:
-            number = float(text)
-        except ValueError:
-            number = math.nan
-        if not number.is_integer() or number < 0:
-            raise InputError(f"{table}, line {line}: frame {text!r} is no whole number from 0 on")
-        if number >= count:
+        place = frame_number(table, line, row)
+        if place >= count:
             raise InputError(
-                f"{table}, line {line}: frame {text} but the recording has {count} frames "
+                f"{table}, line {line}: frame {place} but the recording has {count} frames "
                 f"(0 to {count - 1}); frames count from 0, and where pictures were taken out "
                 "a 'file' column keeps turns and pictures together"
             )
-        places.append(int(number))
+        places.append(place)
     return places
 
 
-def _number(table: Path, line: int, column: str, text: str) -> float:
+def frame_number(table: Path, line: int, row: dict[str, str]) -> int:
+    """The frame that a row names by its number."""
+    text = row.get("frame", "").strip()
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not value.is_integer() or value < 0:
+        raise InputError(f"{table}, line {line}: frame {text!r} is no whole number from 0 on")
+    return int(value)
+
+
+def number(table: Path, line: int, column: str, text: str) -> float:
+    """What a cell holds; NaN where it is empty."""
     text = text.strip()
     if text.lower() in _EMPTY:
         return math.nan
@@ -236,26 +263,32 @@ def _number(table: Path, line: int, column: str, text: str) -> float:
 
 
 def _rows(table: Path) -> Iterator[tuple[int, dict[str, str]]]:
-    """(line number, row) of a CSV with a header; comma, semicolon or tab."""
+    """(line number, row) of a file."""
     try:
         with table.open(encoding="utf-8-sig", newline="") as file:
-            head = file.readline(65536)
-            delimiter = max(",;\t", key=head.count)
-            header = [name.strip() for name in next(csv.reader([head], delimiter=delimiter), [])]
-            doubled = {name for name in header if header.count(name) > 1}
-            if doubled:
-                raise InputError(f"{table}: column '{min(doubled)}' is there twice; keep one")
-            reader = csv.reader(file, delimiter=delimiter)
-            for cells in reader:
-                if not any(cell.strip() for cell in cells):
-                    continue
-                if len(cells) > len(header):
-                    raise InputError(
-                        f"{table}, line {reader.line_num + 1}: {len(cells)} values under "
-                        f"{len(header)} columns; mend the line"
-                    )
-                yield reader.line_num + 1, dict(zip(header, cells, strict=False))
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{table}: no readable CSV in UTF-8 ({error})") from None
+            yield from rows_in(table, file)
     except OSError as error:
         raise InputError(f"{table}: cannot be read ({error.strerror}); mend the path") from None
+
+
+def rows_in(table: Path, file: TextIO) -> Iterator[tuple[int, dict[str, str]]]:
+    """(line number, row) of an open CSV with a header; comma, semicolon or tab."""
+    try:
+        head = file.readline(65536)
+        delimiter = max(",;\t", key=head.count)
+        header = [name.strip() for name in next(csv.reader([head], delimiter=delimiter), [])]
+        doubled = {name for name in header if header.count(name) > 1}
+        if doubled:
+            raise InputError(f"{table}: column '{min(doubled)}' is there twice; keep one")
+        reader = csv.reader(file, delimiter=delimiter)
+        for cells in reader:
+            if not any(cell.strip() for cell in cells):
+                continue
+            if len(cells) > len(header):
+                raise InputError(
+                    f"{table}, line {reader.line_num + 1}: {len(cells)} values under "
+                    f"{len(header)} columns; mend the line"
+                )
+            yield reader.line_num + 1, dict(zip(header, cells, strict=False))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{table}: no readable CSV in UTF-8 ({error})") from None

@@ -7,11 +7,11 @@ each other, so that what is measured is now.
 
 from __future__ import annotations
 
-import csv
-import re
+import io
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,15 @@ import numpy as np
 from tsvision.errors import InputError
 from tsvision.images.frames_find import PICTURE_SUFFIXES, natural_key
 from tsvision.images.frames_picture import Unreadable, read_picture
+from tsvision.images.turns import (
+    bare_name,
+    frame_number,
+    must_hold_turns,
+    name_pattern,
+    number,
+    number_in_name,
+    rows_in,
+)
 from tsvision.records import Frame
 
 NAN = float("nan")
@@ -53,18 +62,8 @@ def turns_per_second(turns: float) -> Turns:
 
 def turns_from_name(expression: str) -> Turns:
     """Turns stand in the file's name, in the expression's one group."""
-    try:
-        pattern = re.compile(expression)
-    except re.error as error:
-        raise InputError(f"--turns-from-name {expression!r}: no expression ({error})") from None
-    if pattern.groups != 1:
-        raise InputError(f"--turns-from-name {expression!r}: mark the number with one group")
-
-    def read(index: int, file: str, elapsed_s: float) -> float:
-        match = pattern.search(file)
-        return _to_float(match[1]) if match else NAN
-
-    return read
+    pattern = name_pattern(expression)
+    return lambda index, file, elapsed_s: number_in_name(pattern, file)
 
 
 def turns_from_file(path: Path) -> Turns:
@@ -78,7 +77,8 @@ def turns_from_file(path: Path) -> Turns:
 
 
 class _GrowingTable:
-    """The rows of a turns.csv by file name and by frame number, read again when it changes."""
+    """The rows of a turns.csv by file name and by frame number, read again when it changes; by the
+    rules of `images.turns`, so that a film that was watched can be measured later."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._stamp = path, (0, 0)
@@ -90,42 +90,54 @@ class _GrowingTable:
         self._refresh()
         if self._newest is not None:
             return self._newest
-        return self._by_file.get(file, self._by_frame.get(index, NAN))
+        by_name = self._by_file.get(file, self._by_file.get(bare_name(file)))
+        return self._by_frame.get(index, NAN) if by_name is None else by_name
 
     def _refresh(self) -> None:
         try:
             stat = self._path.stat()
             if (stat.st_mtime_ns, stat.st_size) == self._stamp:
                 return
-            lines = self._path.read_text(encoding="utf-8-sig").splitlines()
-        except (OSError, UnicodeDecodeError):
+            data = self._path.read_bytes()
+        except OSError:
             return
         self._stamp = (stat.st_mtime_ns, stat.st_size)
-        self._newest = _lone_number(lines)
-        if self._newest is None:
-            self._take(list(csv.DictReader(lines)))
+        end = data.rfind(b"\n") + 1
+        # What follows the last line's end may be half written, even in the middle of a letter.
+        told = data[end:].decode(errors="replace")
+        try:
+            whole = data[:end].decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            raise InputError(f"{self._path}: no readable CSV in UTF-8 ({error})") from None
+        self._newest = _lone_number(whole + told)
+        if self._newest is not None:
+            return
+        if whole.strip() and told.strip():
+            with suppress(InputError):  # whatever is wrong with it, there may be more to come
+                self._take(whole + told)
+        self._take(whole)  # last: half a row must not speak for another frame
 
-    def _take(self, rows: list[dict[str, Any]]) -> None:
-        for number, row in enumerate(rows):
-            turns = _to_float(row.get("turns"))
-            if row.get("file"):
-                self._by_file[row["file"]] = turns
+    def _take(self, text: str) -> None:
+        rows = list(rows_in(self._path, io.StringIO(text, newline="")))
+        if rows:
+            must_hold_turns(self._path, list(rows[0][1]))
+        for place, (line, row) in enumerate(rows):
+            turns = number(self._path, line, "turns", row.get("turns", ""))
+            name = row.get("file", "").strip()
+            if name:
+                self._by_file[name] = self._by_file[bare_name(name)] = turns
             else:
-                frame = _to_float(row.get("frame"))
-                self._by_frame[int(frame) if np.isfinite(frame) else number] = turns
+                at = frame_number(self._path, line, row) if "frame" in row else place
+                self._by_frame[at] = turns
 
 
-def _lone_number(lines: list[str]) -> float | None:
-    filled = [line for line in lines if line.strip()]
-    number = _to_float(filled[-1]) if len(filled) == 1 else NAN
-    return number if np.isfinite(number) else None
-
-
-def _to_float(text: object) -> float:
+def _lone_number(text: str) -> float | None:
+    filled = [line for line in text.splitlines() if line.strip()]
     try:
-        return float(str(text).replace(",", "."))
+        value = float(filled[0].replace(",", ".")) if len(filled) == 1 else NAN
     except ValueError:
-        return NAN
+        return None
+    return value if np.isfinite(value) else None
 
 
 def growing_folder(
