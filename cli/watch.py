@@ -50,6 +50,7 @@ def command(
     """
     from tsvision.errors import InputError
     from tsvision.timeline.live import Live
+    from tsvision.timeline.sources import without_lens
     from tsvision.timeline.watching import watch
 
     if run_command and stop_on is None:
@@ -58,7 +59,7 @@ def command(
         raise InputError(f"--certainty {certainty}: must lie between 0.5 and 0.999")
     rig = _rig(source, rig_path, overrides)
     given = _turns(source, turns, turns_per_frame, turns_per_second, turns_from_name)
-    arrivals = _arrivals(source, given, idle)
+    arrivals = without_lens(_arrivals(source, given, idle), rig.camera.lens)
 
     name = f"{(stop_on or Phase.knot).value}_onset"
     live = Live(rig, name, certainty)
@@ -80,8 +81,8 @@ def _measurer(rig: Any, like: str | None) -> Any:
 
     if like is None:
         return Learner(lambda: measuring.Measurer(rig))
-    known = measuring.Measurer(rig)
     recording = open_recording(like, rig)
+    known = measuring.Measurer(recording.rig)  # whose scale may come from a board in its frames
     known.prime(measuring.sample_pictures(recording, 8), recording.turns)
     return known
 

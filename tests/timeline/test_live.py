@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterable
 from dataclasses import fields
 from pathlib import Path
+from typing import ClassVar
 
 import cv2
 import numpy as np
@@ -16,8 +17,10 @@ import pytest
 from cli.main import run
 from tests.timeline.series import Plan, Series, simulate
 from tsvision.errors import InputError
+from tsvision.images.frames import iter_frames, open_recording
 from tsvision.images.turns import read_turns
 from tsvision.records import Actuator, Frame, FrameResult, FrameRow, KnotSighting, Rig
+from tsvision.rig import load_rig
 from tsvision.timeline.account import account
 from tsvision.timeline.learning import Learner
 from tsvision.timeline.live import Live
@@ -222,6 +225,64 @@ def test_a_stream_that_does_not_answer_and_unknown_turns_are_one_line(
     assert "turns are not known" in capsys.readouterr().err
     assert run(["watch", str(tmp_path), "--exec", "true"]) == 2
     assert "--stop-on" in capsys.readouterr().err
+
+
+class Witness:
+    """Stands in for the measuring core: keeps what it is given and measures nothing."""
+
+    rigs: ClassVar[list[Rig]] = []
+    seen: ClassVar[list[np.ndarray]] = []
+
+    def __init__(self, rig: Rig) -> None:
+        self.rigs.append(rig)
+
+    def prime(self, pictures: list[np.ndarray], turns: Iterable[float] = ()) -> None:
+        pass
+
+    def measure(self, frame: Frame, turns: float) -> FrameResult:
+        assert frame.pixels is not None
+        self.seen.append(frame.pixels)
+        return FrameResult(FrameRow(frame.index, frame.file, turns=turns))
+
+
+def test_live_frames_come_undistorted_as_a_recordings_do(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tsvision.measures.recording.Measurer", Witness)
+    Witness.seen.clear()
+    random = np.random.default_rng(2)
+    for number in range(3):
+        picture = cv2.resize(random.integers(0, 255, (6, 8)).astype(np.uint8), (160, 120))
+        assert cv2.imwrite(str(tmp_path / f"f{number}.png"), picture)
+    (tmp_path / "rig.toml").write_text(
+        "[camera]\nlens = [150.0, 150.0, 80.0, 60.0, -0.3, 0.0, 0.0, 0.0, 0.0]\n"
+    )
+    run(["watch", str(tmp_path), "--turns-per-frame", "1", "--idle", "0.1"])
+    rig = load_rig(tmp_path / "rig.toml")
+    wanted = [frame.pixels for frame in iter_frames(open_recording(tmp_path, rig))]
+    assert len(Witness.seen) == 3
+    for live, recorded in zip(Witness.seen, wanted, strict=True):
+        np.testing.assert_array_equal(live, recorded)
+
+
+def test_a_scale_found_in_the_recording_of_the_same_view_holds_live(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tsvision.measures.recording.Measurer", Witness)
+    Witness.rigs.clear()
+    like, now = tmp_path / "like", tmp_path / "now"
+    like.mkdir()
+    now.mkdir()
+    write_picture(now / "f0.png")
+    across_px = np.arange(400.0) % 20.0  # a ruler with a tick every 20 px
+    ruler = np.where(np.abs(across_px - 10.0) < 2.0, 30, 220).astype(np.uint8)
+    assert cv2.imwrite(str(like / "f0.png"), np.tile(ruler, (60, 1)))
+    (now / "rig.toml").write_text(
+        '[camera]\nscale_from = "ruler"\nlength_mm = 1.0\npoints_px = [[10, 30], [390, 30]]\n'
+    )
+    words = ["watch", str(now), "--turns-per-frame", "1", "--idle", "0.1", "--like", str(like)]
+    run(words)
+    assert Witness.rigs[-1].camera.mm_per_px == pytest.approx(1.0 / 20.0, rel=1e-3)
 
 
 class Pupil:

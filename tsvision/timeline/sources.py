@@ -12,7 +12,8 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import tee
 from pathlib import Path
 from typing import Any
 
@@ -224,6 +225,20 @@ def camera(
     finally:
         grabber.stop()
         capture.release()
+
+
+def without_lens(arrivals: Iterator[Arrival], lens: tuple[float, ...]) -> Iterator[Arrival]:
+    """The same without the lens's distortion, as `iter_frames` gives a recording's frames; as they
+    are where no lens is known."""
+    if not lens:
+        yield from arrivals
+        return
+    from tsvision.images.calibration_recording import undistorted  # scipy loads slowly
+
+    came, seen = tee(arrivals)
+    frames = undistorted((one.frame for one in seen), lens)
+    for arrival, frame in zip(came, frames, strict=True):
+        yield replace(arrival, frame=frame)
 
 
 class _Grabber:
