@@ -74,6 +74,9 @@ COLUMNS: dict[str, str] = {
     "centre_y_px": "its middle in the picture",
     "confidence": "0 to 1",
     "coils": "coils counted in it",
+    "centre_px": "the middle's s in pixels",
+    "length_px": "its length in pixels",
+    "max_diameter_px": "largest E(s) in it, in pixels",
     # profiles
     "s_mm": "position along the axis from the separator",
     "s_px": "the same in pixels",

@@ -121,7 +121,9 @@ class Scale:
 
 @dataclass(frozen=True)
 class KnotSighting:
-    """One knot in one frame: an interval of the envelope that stands out (see measurands)."""
+    """One knot in one frame: an interval of the envelope that stands out (see measurands).
+
+    Lengths in mm are NaN without a scale; those in px stand in any case."""
 
     centre_mm: float
     length_mm: float
@@ -130,12 +132,15 @@ class KnotSighting:
     centre_y_px: float
     confidence: float = NAN
     coils: float = NAN
+    centre_px: float = NAN
+    length_px: float = NAN
+    max_diameter_px: float = NAN
 
     @property
-    def ends_mm(self) -> tuple[float, float]:
+    def ends_px(self) -> tuple[float, float]:
         """Where it begins and ends along the axis."""
-        half = 0.5 * self.length_mm
-        return self.centre_mm - half, self.centre_mm + half
+        half = 0.5 * self.length_px
+        return self.centre_px - half, self.centre_px + half
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,8 @@ KNOT_COLUMNS = [
     "coils",
 ]
 
+NOT_SEEN = ("displacement_mm",)  # lengths that no picture tells
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -170,6 +172,19 @@ def _row(plan, random, frame, turn, place, ratio, chance):  # type: ignore[no-un
         chance,
         2.0,
     )
+
+
+def with_px(table: pd.DataFrame, mm_per_px: float) -> pd.DataFrame:
+    """A table of frames or knots with its lengths in px beside those in mm."""
+    names = [c.removesuffix("_mm") for c in table if c.endswith("_mm") and c not in NOT_SEEN]
+    return table.assign(**{f"{name}_px": table[f"{name}_mm"] / mm_per_px for name in names})
+
+
+def without_scale(table: pd.DataFrame, mm_per_px: float) -> pd.DataFrame:
+    """The same table as it would be told without a scale: lengths in px alone."""
+    lost = [c for c in table if c.endswith("_mm") and c not in NOT_SEEN]
+    table = with_px(table, mm_per_px).assign(**dict.fromkeys(lost, np.nan))
+    return table.assign(mm_per_px=np.nan) if "flags" in table else table
 
 
 def unmeasure(

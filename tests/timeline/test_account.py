@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
-from tests.timeline.series import KNOT_COLUMNS, Plan, simulate, unmeasure
+from tests.timeline.series import (
+    KNOT_COLUMNS,
+    Plan,
+    Series,
+    simulate,
+    unmeasure,
+    with_px,
+    without_scale,
+)
 from tsvision.records import Actuator, Rig
-from tsvision.timeline.account import account
+from tsvision.timeline.account import Account, account
 from tsvision.timeline.criteria import Criteria
 
 RIG = Rig(actuator=Actuator(twisting_zone_mm=23.2, hole_diameter_mm=0.6))
@@ -103,6 +113,65 @@ def test_dirt_that_is_there_from_the_start_is_no_knot_and_is_named() -> None:
     assert told.onsets["knot_onset"].status == "not_observed"
     assert any("hardware" in note for note in told.notes)
     assert len(told.rejected) == len(rows)
+
+
+SEEN_WITHOUT_MM = ("knot_onset", "local_overtwist_onset", "overtwist_onset")
+
+
+def same_without_a_scale(series: Series, mm_per_px: float) -> Account:
+    """The account of a series with a scale, which was found to be that without one, too."""
+    told = account(with_px(series.frames, mm_per_px), with_px(series.knots, mm_per_px), RIG)
+    frames, knots = (without_scale(t, mm_per_px) for t in (series.frames, series.knots))
+    in_px = account(frames, knots, RIG)
+    for name in SEEN_WITHOUT_MM:
+        assert in_px.onsets[name] == told.onsets[name]
+    assert in_px.tracks["growth"].tolist() == pytest.approx(
+        told.tracks["growth"].tolist(), nan_ok=True
+    )
+    same = ["track", "sightings", "confirmed", "artefact", "origin", "end", "max_diameter_px"]
+    pd.testing.assert_frame_equal(in_px.tracks[same], told.tracks[same])
+    same = ["frame", "track", "seen", "centre_px", "length_px", "max_diameter_px"]
+    pd.testing.assert_frame_equal(in_px.knots[same], told.knots[same])
+    assert in_px.rejected["reason"].tolist() == told.rejected["reason"].tolist()
+    assert in_px.knots["centre_mm"].isna().all()
+    return told
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_recording_without_a_scale_tells_what_it_would_with_one(seed: int) -> None:
+    plan = Plan(seed=seed, noise=0.05, hide=0.1, false=0.1, knot_turns=(44.0 + 2 * seed, 55.0))
+    same_without_a_scale(simulate(plan), plan.mm_per_px)
+
+
+def test_a_knot_where_a_small_lobe_showed_early_is_told_without_a_scale_too() -> None:
+    plan = Plan(seed=1, false=0.0, noise=0.02, hide=0.0, nan=0.0, knot_turns=())
+    series = simulate(plan)
+    rows = [
+        (i, t, 6.0, 0.9, size * plan.diameter_mm, 363.0, 270.0, 0.95, 2.0)
+        for i, t in enumerate(series.frames["turns"])
+        if (size := 1.45 if t < 10 else 2.4 if t > 45 else 0.0)
+    ]
+    knots = pd.DataFrame(rows, columns=KNOT_COLUMNS)
+    late = series.frames["turns"] > 45
+    tops = series.frames["max_envelope_mm"].mask(late, 2.4 * plan.diameter_mm)
+    series = replace(series, frames=series.frames.assign(max_envelope_mm=tops), knots=knots)
+    told = same_without_a_scale(series, plan.mm_per_px)
+    assert told.onsets["knot_onset"].turns == 46.0
+
+
+def test_hardware_beyond_any_coil_hides_no_knot_without_a_scale_either() -> None:
+    """It sets the largest E of every frame, and would let each pass for one with a knot missed."""
+    plan = Plan(seed=3, noise=0.02)
+    series = simulate(plan)
+    rows = [
+        (i, t, 20.0, 1.0, 6.0 * plan.diameter_mm, 977.0, 270.0, 0.95, 2.0)
+        for i, t in enumerate(series.frames["turns"])
+    ]
+    spigot = pd.DataFrame(rows, columns=KNOT_COLUMNS)
+    knots = pd.concat([series.knots, spigot], ignore_index=True)
+    tops = series.frames["max_envelope_mm"].clip(lower=6.0 * plan.diameter_mm)
+    series = replace(series, frames=series.frames.assign(max_envelope_mm=tops), knots=knots)
+    same_without_a_scale(series, plan.mm_per_px)
 
 
 def test_what_is_handed_in_is_not_changed() -> None:

@@ -6,8 +6,9 @@ import json
 import threading
 import time
 from collections.abc import Iterable
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import ClassVar
 
 import cv2
@@ -15,7 +16,7 @@ import numpy as np
 import pytest
 
 from cli.main import run
-from tests.timeline.series import Plan, Series, simulate
+from tests.timeline.series import Plan, Series, simulate, with_px, without_scale
 from tsvision.errors import InputError
 from tsvision.images.frames import iter_frames, open_recording
 from tsvision.images.turns import read_turns
@@ -25,11 +26,13 @@ from tsvision.timeline.account import account
 from tsvision.timeline.learning import Learner
 from tsvision.timeline.live import Live
 from tsvision.timeline.sources import (
+    Arrival,
     growing_folder,
     turns_from_file,
     turns_from_name,
     turns_per_frame,
 )
+from tsvision.timeline.watching import watch
 
 RIG = Rig(actuator=Actuator(twisting_zone_mm=23.2, hole_diameter_mm=0.9))
 
@@ -37,7 +40,7 @@ RIG = Rig(actuator=Actuator(twisting_zone_mm=23.2, hole_diameter_mm=0.9))
 def results_of(series: Series) -> list[FrameResult]:
     """The simulated tables as the frame results that a measuring core would hand over."""
     known = {f.name for f in fields(FrameRow)}
-    knot_fields = [f.name for f in fields(KnotSighting)]
+    knot_fields = [f.name for f in fields(KnotSighting) if f.name in series.knots]
     results = []
     for row in series.frames.to_dict("records"):
         sightings = series.knots[series.knots["frame"] == row["frame"]]
@@ -62,6 +65,29 @@ def test_the_live_decision_is_the_recordings_within_two_frames(step: float) -> N
         assert abs(live.onset.turns - afterwards.turns) <= 2 * step + 1e-9
         late = series.frames["turns"][decided_at] - afterwards.turns
         assert -1e-9 <= late <= max(4 * step, 2.0)
+
+
+def test_without_a_scale_the_same_is_believed() -> None:
+    plan = Plan(knot_turns=(40.3, 48.0), noise=0.05, false=0.1)
+    series = simulate(plan)
+    told = []
+    for change in (with_px, without_scale):
+        frames, knots = (change(t, plan.mm_per_px) for t in (series.frames, series.knots))
+        live = Live(Rig())
+        results = results_of(replace(series, frames=frames, knots=knots))
+        told.append([live.push(result) for result in results])
+    for with_mm, in_px in zip(*told, strict=True):
+        assert in_px.there == pytest.approx(with_mm.there)
+        assert in_px.onset == with_mm.onset
+    assert told[0][-1].onset is not None
+
+
+def test_the_largest_knot_is_told_in_mm_only_with_a_scale() -> None:
+    knot = KnotSighting(*[float("nan")] * 3, 100.0, 50.0, max_diameter_px=61.0)
+    measured = FrameResult(FrameRow(0, "a.png", turns=1.0), None, (knot,))
+    still = SimpleNamespace(measure=lambda frame, turns: measured)
+    (row,) = watch([Arrival(Frame(0, "a.png", None), 1.0, 0.0)], still, Live(RIG))
+    assert row["largest_knot_mm"] is None and row["largest_knot_px"] == 61.0
 
 
 def test_no_decision_without_knots() -> None:

@@ -6,9 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.timeline.series import KNOT_COLUMNS
+from tests.timeline.series import KNOT_COLUMNS, with_px, without_scale
 from tsvision.timeline.chain import Histories
-from tsvision.timeline.lengths import in_both_units
 from tsvision.timeline.order import order_frames
 from tsvision.timeline.telling import split_sightings
 from tsvision.timeline.tracks import Tracking, track_knots
@@ -70,7 +69,7 @@ def test_a_gap_is_part_of_the_track_and_is_bridged() -> None:
 def test_a_bridge_is_told_in_px_too_and_spoils_no_place_beside_it() -> None:
     places = {i: [8 + 0.1 * i] for i in range(10) if i not in (4, 5)}
     frames, knots = tables(places, 10)
-    knots = in_both_units(frames.assign(mm_per_px=0.0228), knots)
+    knots = with_px(knots, 0.0228)
     order = order_frames(frames)
     there = np.ones(len(frames))
     tracking = track_knots(frames, knots, order)
@@ -113,8 +112,20 @@ def test_one_that_dissolves_vanishes_and_a_lone_sighting_is_not_confirmed() -> N
 
 def test_without_a_scale_the_pixels_serve() -> None:
     frames, knots = tables({i: [8 + 0.1 * i, 12.0] for i in range(8)}, 8)
-    frames = frames.assign(diameter_mm=np.nan, diameter_px=D / 0.0228)
-    lost = ["centre_mm", "length_mm", "max_diameter_mm"]
-    knots = knots.assign(**dict.fromkeys(lost, np.nan))
-    told = track_knots(frames, knots, order_frames(frames))
-    assert told.tracks["sightings"].tolist() == [8, 8]
+    knots["max_diameter_mm"] *= 1.0 + 0.05 * knots["frame"]
+    in_px = [without_scale(table, 0.0228) for table in (frames, knots)]
+    told = track_knots(*in_px, order_frames(frames)).tracks
+    wanted = track_knots(with_px(frames, 0.0228), with_px(knots, 0.0228), order_frames(frames))
+    assert told["sightings"].tolist() == [8, 8]
+    assert told["growth"].tolist() == pytest.approx(wanted.tracks["growth"].tolist())
+    assert told["growth"].min() > 0.2 and told["max_diameter_mm"].isna().all()
+    in_px_alone = ["first_centre_px", "last_centre_px", "max_diameter_px"]
+    assert np.allclose(told[in_px_alone], wanted.tracks[in_px_alone])
+
+
+def test_what_is_larger_than_any_coil_is_none_without_a_scale_either() -> None:
+    frames, knots = tables({i: [8.0] for i in range(8)}, 8)
+    knots = knots.assign(max_diameter_mm=6.0 * D)
+    for change in (with_px, without_scale):
+        told = track_knots(change(frames, 0.0228), change(knots, 0.0228), order_frames(frames))
+        assert told.artefact.all()

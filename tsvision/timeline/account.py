@@ -28,7 +28,7 @@ from tsvision.timeline.consistency import (
 from tsvision.timeline.constancy import near_separator
 from tsvision.timeline.criteria import LEVEL_OF_ONSET, Criteria
 from tsvision.timeline.cycles import onsets_by_cycle, repeatability
-from tsvision.timeline.lengths import in_both_units
+from tsvision.timeline.lengths import UNITS, in_diameters
 from tsvision.timeline.onset import beginnings, onset_of
 from tsvision.timeline.order import Order, numbers, order_frames
 from tsvision.timeline.phases import spells
@@ -73,12 +73,12 @@ def account(
     """Tracks, phases and onsets of one recording.
 
     `frames`: FrameRow's columns, one row a frame. `knots`: `frame` and KnotSighting's columns,
-    maybe empty. Lengths in mm; in frames without a scale in px, and told in px. Raises
-    InputError on a frame table without `frame` or with a frame number twice.
+    maybe empty. Lengths in mm and px; in px alone without a scale. Raises InputError on
+    a frame table without `frame` or with a frame number twice.
     """
     _check(frames)
     knots = knots if "frame" in knots else pd.DataFrame({"frame": pd.Series(dtype=int)})
-    knots = in_both_units(frames, knots.reset_index(drop=True))
+    knots = knots.reset_index(drop=True)
     order = order_frames(frames)
     zone_mm = rig.actuator.twisting_zone_mm
     plain = without_lone_lobes(frames, knots)
@@ -151,14 +151,17 @@ def _bundle_alone(frames: pd.DataFrame, knots: pd.DataFrame, tracking: Tracking)
     spigot is seen would pass for one in which a knot might just have been missed."""
     if not tracking.artefact.any():
         return frames
-    top = numbers(frames, "max_envelope_mm").copy()
-    size, name = numbers(knots, "max_diameter_mm"), knots["frame"].to_numpy()
+    top = in_diameters(frames, "max_envelope", frames)
+    size, name = in_diameters(knots, "max_diameter", frames), knots["frame"].to_numpy()
+    tops = {unit: numbers(frames, f"max_envelope_{unit}").copy() for unit in UNITS}
     for i, frame in enumerate(frames["frame"].to_numpy()):
         here = name == frame
         wrong = size[here & tracking.artefact]
         if len(wrong) and sets_top(np.nanmax(wrong, initial=0.0), top[i]):
-            top[i] = np.nanmax(size[here & ~tracking.artefact], initial=0.0)
-    return frames.assign(max_envelope_mm=top)
+            for unit, known in tops.items():
+                sizes = numbers(knots, f"max_diameter_{unit}")[here & ~tracking.artefact]
+                known[i] = np.nanmax(sizes, initial=0.0) if np.isfinite(known[i]) else np.nan
+    return frames.assign(**{f"max_envelope_{unit}": known for unit, known in tops.items()})
 
 
 def _evidence(
@@ -267,6 +270,8 @@ def _notes(order: Order, tracking: Tracking) -> tuple[str, ...]:
     for track in tracking.tracks.itertuples():
         if track.artefact:
             where = f"{track.first_centre_mm:.4g} mm"
+            if not np.isfinite(track.first_centre_mm):
+                where = f"{track.first_centre_px:.4g} px"
             notes.append(
                 f"what stands out at {where} was there before anything could knot and did not "
                 "grow, or lies beyond the connector: taken for hardware, dirt or a knot of an "

@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from tsvision.timeline.order import Order, numbers
-from tsvision.timeline.places import axis_unit, medians, places_in_diameters, rows_of_steps
+from tsvision.timeline.lengths import in_diameters, medians
+from tsvision.timeline.order import Order
+from tsvision.timeline.places import axis_unit, places_in_diameters, rows_of_steps
 
 HELD_FRAMES = 3  # for which two stay two without being seen apart
 SEEN_OFTEN = 2  # sightings after which a knot is held
@@ -40,7 +41,7 @@ def told_apart(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> pd.Da
     if not len(knots):
         return knots
     place, length = places_in_diameters(frames, knots)
-    size = numbers(knots, "max_diameter_mm") / medians(frames)[0]
+    size = in_diameters(knots, "max_diameter", frames)
     held: list[_Held] = []
     cuts: dict[int, list[tuple[float, float, float]]] = {}
     for rows in rows_of_steps(frames, knots, order):

@@ -18,6 +18,7 @@ import pandas as pd
 
 from tsvision.measures.zone.knots import LOBE
 from tsvision.timeline.evidence import CONFIDENCE_IF_UNKNOWN, ratio_of
+from tsvision.timeline.lengths import UNITS, in_diameters
 from tsvision.timeline.order import Order, numbers
 
 PRIOR = (1.02, 1.05, 1.08)  # ratios assumed to have been seen before the first coiled frame
@@ -26,6 +27,7 @@ BELIEVED_AT = 2.0  # spreads at which a sighting is as likely a knot as not
 STEEPNESS = 1.5  # log-odds per spread
 STEADY_FRAMES = 5
 COILED = 0.05  # A / D from which a frame belongs to the background of coiling
+TOPS = tuple(f"max_envelope_{unit}" for unit in UNITS)
 ITS_TOP = 0.9  # share of a frame's largest E from which a sighting is what sets it
 
 
@@ -39,12 +41,13 @@ class Background:
         self._ratios = list(PRIOR)
         self._bases: deque[float] = deque(maxlen=STEADY_FRAMES)
 
-    def steady(self, baseline_mm: float) -> float:
-        """This frame's E₀, but not below the median of the last frames' and its own."""
-        if np.isfinite(baseline_mm):
-            self._bases.append(baseline_mm)
-            return float(max(baseline_mm, np.median(self._bases)))
-        return baseline_mm
+    def steady(self, baseline: float) -> float:
+        """This frame's E₀ (in the recording's unit of length, as all that is compared with it), but
+        not below the median of the last frames' and its own."""
+        if np.isfinite(baseline):
+            self._bases.append(baseline)
+            return float(max(baseline, np.median(self._bases)))
+        return baseline
 
     def middle_and_spread(self) -> tuple[float, float]:
         """Median and robust standard deviation of the background."""
@@ -75,19 +78,20 @@ class Background:
             self._ratios.append(ratio)
 
 
-def sets_top(size_mm: float, top_mm: float) -> bool:
+def sets_top(size: float, top: float) -> bool:
     """Whether a sighting so large is what sets a frame's largest E; not where either is unknown."""
-    return bool(size_mm >= ITS_TOP * top_mm)
+    return bool(size >= ITS_TOP * top)
 
 
 def without_lone_lobes(frames: pd.DataFrame, knots: pd.DataFrame) -> pd.DataFrame:
     """`frames` with the largest E left out (NaN) where a lobe among `knots` sets it."""
     lobes = knots[numbers(knots, "confidence") <= LOBE]
-    size = pd.Series(numbers(lobes, "max_diameter_mm"))
+    size = pd.Series(in_diameters(lobes, "max_diameter", frames))
     largest = frames["frame"].map(size.groupby(lobes["frame"].to_numpy()).max())
-    top = numbers(frames, "max_envelope_mm")
+    top = in_diameters(frames, "max_envelope", frames)
     lone = [sets_top(*both) for both in zip(largest, top, strict=True)]
-    return frames.assign(max_envelope_mm=np.where(lone, np.nan, top))
+    tops = {name: numbers(frames, name) for name in TOPS}
+    return frames.assign(**{name: np.where(lone, np.nan, one) for name, one in tops.items()})
 
 
 def chances(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> np.ndarray:
@@ -105,11 +109,13 @@ def _followed(
     frames: pd.DataFrame, knots: pd.DataFrame, order: Order
 ) -> tuple[np.ndarray, Background]:
     result = np.zeros(len(knots))
-    base = numbers(frames, "baseline_envelope_mm")
-    top, coil = numbers(frames, "max_envelope_mm"), ratio_of(frames, "coil_amplitude")
+    base = in_diameters(frames, "baseline_envelope", frames)
+    top = in_diameters(frames, "max_envelope", frames)
+    coil = ratio_of(frames, "coil_amplitude")
     name = frames["frame"].to_numpy()
     rows_of = {key: np.asarray(rows) for key, rows in knots.groupby("frame").indices.items()}
-    size, confidence = numbers(knots, "max_diameter_mm"), numbers(knots, "confidence")
+    size = in_diameters(knots, "max_diameter", frames)
+    confidence = numbers(knots, "confidence")
     background = Background()
     for i in order.rows:
         steady = background.steady(base[i])

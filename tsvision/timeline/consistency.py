@@ -15,6 +15,7 @@ from tsvision.records import Onset, Rig
 from tsvision.timeline import evidence as speak
 from tsvision.timeline.chain import Histories
 from tsvision.timeline.criteria import Criteria
+from tsvision.timeline.lengths import in_diameters
 from tsvision.timeline.order import Order, numbers
 from tsvision.timeline.repeats import extent_in_diameters
 
@@ -22,10 +23,9 @@ RISING = (
     ("turns_seen", 1),
     ("string_length_mm", 1),
     ("pitch_px", -1),
-    ("coil_amplitude_mm", 1),
-    ("baseline_envelope_mm", 1),
     ("unevenness", 1),
 )
+RISING_LENGTHS = ("coil_amplitude", "baseline_envelope")
 TWISTED_TURNS = 3.0
 LEAST_SEEN = 0.3
 MOST_BLUR = 0.38  # sd over a string's diameter: strings side by side then differ by 6 % of contrast
@@ -66,9 +66,11 @@ def _following(frames: pd.DataFrame, order: Order, given: np.ndarray) -> list[tu
     """Rank correlation with the turns, and what chance could reach at most, of everything that
     rises with them. One that does is enough: any of them can be misread for a whole stretch (a
     wrong harmonic of the strands) or be level (no coiling yet)."""
+    series = [(numbers(frames, column), sign) for column, sign in RISING]
+    series += [(in_diameters(frames, name, frames), 1) for name in RISING_LENGTHS]
     ranks = []
-    for column, sign in RISING:
-        seen = np.abs(numbers(frames, column)[order.rows])
+    for values, sign in series:
+        seen = np.abs(values[order.rows])
         both = np.isfinite(seen) & given
         if both.sum() < LEAST_FRAMES or np.ptp(order.wind[both]) < LEAST_TURNS:
             continue

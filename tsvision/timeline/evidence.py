@@ -16,7 +16,7 @@ from tsvision.timeline.order import numbers
 
 MOST = 4.0
 DEAD_FLAGS = ("UNREADABLE", "WRONG_SIZE", "BLANK", "NO_BUNDLE")
-READINGS = ("diameter_mm", "diameter_px", "max_envelope_mm", "unevenness")
+READINGS = ("diameter_mm", "diameter_px", "max_envelope_mm", "max_envelope_px", "unevenness")
 ENVELOPE_NOISE = 0.04  # relative error of the largest E read from one view
 UNEVEN_NOISE = 0.02  # of the unevenness: which lobes one view shows changes over several frames
 DIAMETER_NOISE = 0.04  # relative error of a knot's largest diameter in one view

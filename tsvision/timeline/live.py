@@ -19,6 +19,7 @@ from tsvision.timeline.account import Account, account
 from tsvision.timeline.background import Background, sets_top
 from tsvision.timeline.chain import emissions, independence, start, transition
 from tsvision.timeline.criteria import LEVEL_OF_ONSET, PHASES, Criteria, Rates
+from tsvision.timeline.lengths import either
 from tsvision.timeline.repeats import USUAL_EXTENT_D, repeat_odds
 from tsvision.timeline.tables import tables
 from tsvision.timeline.tracks import (
@@ -129,25 +130,27 @@ class Live:
         """Certainty and largest diameter (1,) of this frame's knots, without what was there from
         the start of a recording that began untwisted."""
         if self._winding and abs(result.row.turns) < ARTEFACT_TURNS:
-            self._early.append([(k.centre_x_px, k.max_diameter_mm) for k in result.knots])
+            early = [(k.centre_x_px, either(k, "max_diameter")) for k in result.knots]
+            self._early.append(early)
         against, largest = float("nan"), float("nan")
         row = result.row
         zone = self.rig.actuator.twisting_zone_mm + BEYOND_D * row.diameter_mm
-        base = self._background.steady(row.baseline_envelope_mm)
+        base = self._background.steady(either(row, "baseline_envelope"))
         for knot in result.knots:
-            if self._is_dirt(knot.centre_x_px, knot.max_diameter_mm, result.row.diameter_px):
+            size = either(knot, "max_diameter")
+            if self._is_dirt(knot.centre_x_px, size, row.diameter_px):
                 continue
             if knot.centre_mm > zone:
                 continue
-            chance = self._background.chance(knot.max_diameter_mm / base, knot.confidence)
+            chance = self._background.chance(size / base, knot.confidence)
             chance = self._repeated(chance, knot, row)
             against = (1.0 if np.isnan(against) else against) * (1 - chance)
-            if np.isfinite(row.mm_per_px):
-                largest = float(np.fmax(largest, knot.max_diameter_mm))
-        coil = row.coil_amplitude_mm / row.diameter_mm
-        lobe = max((one.max_diameter_mm for one in result.lobes), default=0.0)
-        if not sets_top(lobe, row.max_envelope_mm):
-            self._background.push(row.max_envelope_mm / base, coil, sighted=bool(result.knots))
+            largest = float(np.fmax(largest, knot.max_diameter_mm))
+        coil = either(row, "coil_amplitude") / either(row, "diameter")
+        lobe = max((either(one, "max_diameter") for one in result.lobes), default=0.0)
+        top = either(row, "max_envelope")
+        if not sets_top(lobe, top):
+            self._background.push(top / base, coil, sighted=bool(result.knots))
         self._before = result.knots
         return np.array([1 - against]), np.array([largest])
 
@@ -160,7 +163,7 @@ class Live:
             np.hypot(knot.centre_x_px - one.centre_x_px, knot.centre_y_px - one.centre_y_px) / unit
             for one in self._before
         ]
-        length = knot.length_mm / row.diameter_mm
+        length = either(knot, "length") / either(row, "diameter")
         gate = GATE_D + GATE_LENGTH * (length if np.isfinite(length) else 1.5)
         if min(away) > gate:
             return chance
@@ -169,10 +172,10 @@ class Live:
         odds = np.log(chance / (1.0 - chance)) + repeat_odds(len(self._before), gate, extent)
         return float(1.0 / (1.0 + np.exp(-odds)))
 
-    def _is_dirt(self, x_px: float, size_mm: float, diameter_px: float) -> bool:
+    def _is_dirt(self, x_px: float, size: float, diameter_px: float) -> bool:
         reach = ARTEFACT_REACH_D * (diameter_px if np.isfinite(diameter_px) else 20.0)
         alike = [
-            any(abs(x_px - x) < reach and not size_mm > ARTEFACT_GROWTH * size for x, size in some)
+            any(abs(x_px - x) < reach and not size > ARTEFACT_GROWTH * first for x, first in some)
             for some in self._early
         ]
         return sum(alike) >= 2 and sum(alike) >= ARTEFACT_SHARE * len(alike)

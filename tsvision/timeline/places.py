@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from tsvision.timeline.lengths import median, medians
 from tsvision.timeline.order import Order, numbers
-
-USUAL_DIAMETER_PX = 20.0  # where it was measured in no frame
 
 
 def places_in_diameters(frames: pd.DataFrame, knots: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
@@ -21,13 +20,6 @@ def places_in_diameters(frames: pd.DataFrame, knots: pd.DataFrame) -> tuple[np.n
     return along_px / unit_px, np.nan_to_num(numbers(knots, "length_px") / unit_px, nan=1.5)
 
 
-def medians(frames: pd.DataFrame) -> tuple[float, float]:
-    """Median D in mm (NaN where unknown) and in px."""
-    in_px = median(numbers(frames, "diameter_px"))
-    in_px = in_px if np.isfinite(in_px) else USUAL_DIAMETER_PX
-    return median(numbers(frames, "diameter_mm")), in_px
-
-
 def axis_unit(frames: pd.DataFrame) -> tuple[float, float]:
     """Direction of the axis in the picture, separator to connector; along x where unknown."""
     x0, y0, x1, y1 = (
@@ -36,12 +28,6 @@ def axis_unit(frames: pd.DataFrame) -> tuple[float, float]:
     ux, uy = (x1 - x0, y1 - y0) if np.isfinite([x0, y0, x1, y1]).all() else (1.0, 0.0)
     norm = float(np.hypot(ux, uy)) or 1.0
     return ux / norm, uy / norm
-
-
-def median(values: np.ndarray) -> float:
-    """Of the finite ones; NaN if there are none."""
-    values = values[np.isfinite(values)]
-    return float(np.median(values)) if len(values) else float("nan")
 
 
 def rows_of_steps(frames: pd.DataFrame, knots: pd.DataFrame, order: Order) -> list[np.ndarray]:

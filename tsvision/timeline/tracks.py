@@ -18,8 +18,9 @@ from scipy.optimize import linear_sum_assignment
 
 from tsvision.timeline.background import chances
 from tsvision.timeline.evidence import measured
+from tsvision.timeline.lengths import UNITS, in_diameters, medians
 from tsvision.timeline.order import Order, numbers
-from tsvision.timeline.places import median, places_in_diameters, rows_of_steps
+from tsvision.timeline.places import places_in_diameters, rows_of_steps
 from tsvision.timeline.repeats import extent_in_diameters, repeat_odds
 
 GAP_FRAMES = 3  # a track outlives this many measured frames without a sighting
@@ -101,10 +102,9 @@ def track_knots(
     steps_of = np.array([step for step, rows in enumerate(rows_at) for _ in rows], dtype=int)
     step_of_row = np.zeros(len(knots), dtype=int)
     step_of_row[np.concatenate([*rows_at, np.zeros(0, dtype=int)])] = steps_of
-    size = numbers(knots, "max_diameter_mm")
+    size = in_diameters(knots, "max_diameter", frames)
     artefact = _artefacts(tracks, place, size, step_of_row, good, order)
-    unit = median(numbers(frames, "diameter_mm"))
-    artefact |= beyond(knots, zone_mm, unit) | (size > HUGE_D * unit)
+    artefact |= beyond(knots, zone_mm, medians(frames)[0]) | (size > HUGE_D)
     tracks = _number(tracks, artefact, len(order.rows) - 1)
     supported = odds.copy()
     for track in tracks:
@@ -112,7 +112,7 @@ def track_knots(
         gained = np.array([*track.repeats, 0.0])
         repeated = odds[track.rows] + 0.5 * (gained[:-1] + gained[1:])
         supported[track.rows] = np.minimum(repeated, _net_odds(track, order))
-    table = _describe(tracks, frames, knots, order, artefact)
+    table = _describe(tracks, frames, knots, size, order, artefact)
     confirmed = np.isin(number, table.loc[table["confirmed"], "track"])
     return Tracking(number, table, confirmed, artefact, 1 / (1 + np.exp(-supported)))
 
@@ -273,16 +273,16 @@ def _describe(
     tracks: list[Track],
     frames: pd.DataFrame,
     knots: pd.DataFrame,
+    size_d: np.ndarray,
     order: Order,
     artefact: np.ndarray,
 ) -> pd.DataFrame:
     names = frames["frame"].to_numpy()[order.rows]
-    size = numbers(knots, "max_diameter_mm")
-    centre = numbers(knots, "centre_mm")
+    size = {unit: numbers(knots, f"max_diameter_{unit}") for unit in UNITS}
+    centre = {unit: numbers(knots, f"centre_{unit}") for unit in UNITS}
     last_step = len(order.rows) - 1
     rows = []
     for track in tracks:
-        sizes = size[track.rows]
         ends_open, into = _ends_open(track, last_step), track.merged_into
         rows.append(
             {
@@ -292,15 +292,18 @@ def _describe(
                 "first_turns": order.sign * order.wind[track.steps[0]],
                 "last_turns": order.sign * order.wind[track.steps[-1]],
                 "sightings": len(track.rows),
-                "first_centre_mm": centre[track.rows[0]],
-                "last_centre_mm": centre[track.rows[-1]],
-                "max_diameter_mm": _largest(sizes),
-                "growth": _growth(sizes),
+                "first_centre_mm": centre["mm"][track.rows[0]],
+                "last_centre_mm": centre["mm"][track.rows[-1]],
+                "max_diameter_mm": _largest(size["mm"][track.rows]),
+                "growth": _growth(size_d[track.rows]),
                 "confidence": 1 / (1 + np.exp(-np.clip(track.log_odds, -30, 30))),
                 "confirmed": _is_confirmed(track, last_step),
                 "artefact": bool(artefact[track.rows].mean() > 0.5),
                 "origin": _said("split from", track.split_from, "nucleated"),
                 "end": "lasts" if ends_open else _said("merged into", into, "vanished"),
+                "first_centre_px": centre["px"][track.rows[0]],
+                "last_centre_px": centre["px"][track.rows[-1]],
+                "max_diameter_px": _largest(size["px"][track.rows]),
             }
         )
     return pd.DataFrame(rows, columns=TRACK_COLUMNS)
@@ -348,6 +351,9 @@ TRACK_COLUMNS = [
     "artefact",
     "origin",
     "end",
+    "first_centre_px",
+    "last_centre_px",
+    "max_diameter_px",
 ]
 
 

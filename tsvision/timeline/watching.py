@@ -8,6 +8,7 @@ from collections.abc import Generator, Iterable
 from typing import Any, Protocol, runtime_checkable
 
 from tsvision.records import Frame, FrameResult
+from tsvision.timeline.lengths import UNITS
 from tsvision.timeline.live import Live, LiveState
 from tsvision.timeline.sources import Arrival
 from tsvision.timeline.told import onset_values
@@ -68,10 +69,10 @@ def watch(
 
 def _row(result: FrameResult, state: LiveState, decided: bool) -> dict[str, Any]:
     row: dict[str, Any] = {name: _plain(getattr(result.row, name)) for name in SHOWN}
-    sizes = [k.max_diameter_mm for k in result.knots]
+    sizes = {unit: [getattr(k, f"max_diameter_{unit}") for k in result.knots] for unit in UNITS}
     return row | {
         "knot_count": _plain(result.row.knot_count),
-        "largest_knot_mm": _plain(max(sizes)) if sizes else None,
+        **{f"largest_knot_{unit}": _plain(max(some, default=None)) for unit, some in sizes.items()},
         "phase": state.phase,
         "knot_probability": round(state.there[3], 4),
         "decided": decided,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,8 @@ import pytest
 from tests.bench.pictures48_draw import cases, draw
 from tests.measures.cord import BLUE, RED, TABLE, bow, draw_cord
 from tsvision.flags import Flag, flags_from_text
-from tsvision.measures.cords.bowed import _agrees, learn_bowed
+from tsvision.images.strip import straight_axis
+from tsvision.measures.cords.bowed import _agrees, _knots, learn_bowed
 from tsvision.measures.cords.rope import Rope
 from tsvision.measures.looks import learn_looks
 from tsvision.measures.recording import Measurer
@@ -162,3 +164,20 @@ def test_a_strand_of_a_straight_bundle_is_no_cord_that_winds(count: int | None) 
     row = measurer.measure(Frame(0, "picture.png", picture)).row
     assert Flag.CURVED_AXIS not in flags_from_text(row.flags)
     assert row.diameter_px == pytest.approx(case.diameter_px, abs=0.4)
+
+
+@pytest.mark.parametrize("scale", [0.02, float("nan")])
+def test_a_knot_of_a_cord_is_told_in_px_and_in_mm_only_with_a_scale(scale: float) -> None:
+    s_px = np.arange(100.0, 900.0)
+    envelope = np.where(np.abs(s_px - 500.0) <= 40.0, 36.0, 20.0)
+    rope = SimpleNamespace(s_px=s_px, envelope_px=envelope, diameter_px=20.0, diameter_px_sd=0.2)
+    axis = straight_axis(np.array([0.0, 60.0]), np.array([999.0, 60.0]))
+    bowed = SimpleNamespace(
+        curve=SimpleNamespace(axis=axis, start_px=100.0, end_px=900.0),
+        scale=Scale(scale, 0.01 * scale),
+    )
+    (knot,) = _knots(bowed, rope)
+    in_px = (knot.centre_px, knot.length_px, knot.max_diameter_px)
+    assert in_px == pytest.approx((400.0, 80.0, 36.0), abs=1e-6)
+    in_mm = (knot.centre_mm, knot.length_mm, knot.max_diameter_mm)
+    assert in_mm == pytest.approx(tuple(scale * px for px in in_px), nan_ok=True)

@@ -22,14 +22,14 @@ def bump(base: float, top: float, centre: float, half_length: float) -> np.ndarr
 
 
 def knots(envelope: np.ndarray, diameter: float = 0.5, base: float = 0.55):
-    return find_knots(S, envelope, diameter, base, PLACE, 1.0, 0.005, gap_mm=0.4)
+    return find_knots(S, envelope, diameter, base, PLACE, 1.0, 0.005, gap_px=0.4)
 
 
 def test_an_interval_that_meets_the_criterion_is_one_knot() -> None:
     (knot,) = knots(bump(0.55, 0.9, 8.0, 0.6))
-    assert knot.centre_mm == pytest.approx(8.0, abs=0.02)
-    assert knot.length_mm == pytest.approx(1.2, abs=0.02)
-    assert knot.max_diameter_mm == pytest.approx(0.9)
+    assert knot.centre_px == pytest.approx(8.0, abs=0.02)
+    assert knot.length_px == pytest.approx(1.2, abs=0.02)
+    assert knot.max_diameter_px == pytest.approx(0.9)
     assert (knot.centre_x_px, knot.centre_y_px) == (pytest.approx(8.0, abs=0.02), 0.0)
 
 
@@ -97,13 +97,13 @@ def test_a_knot_reaches_out_on_the_side_that_is_lit(trust, is_knot: bool) -> Non
     assert (len(knots), bool(lobes)) == (is_knot, not is_knot)
 
 
-def test_units_do_not_matter() -> None:
-    (mm,) = knots(bump(0.55, 0.9, 8.0, 0.6))
-    (px,) = find_knots(
-        40 * S, 40 * bump(0.55, 0.9, 8.0, 0.6), 20.0, 22.0, PLACE, 40.0, 0.2, gap_mm=16.0
+def test_magnification_does_not_matter() -> None:
+    (small,) = knots(bump(0.55, 0.9, 8.0, 0.6))
+    (large,) = find_knots(
+        40 * S, 40 * bump(0.55, 0.9, 8.0, 0.6), 20.0, 22.0, PLACE, 40.0, 0.2, gap_px=16.0
     )
-    assert px.length_mm == pytest.approx(40 * mm.length_mm)
-    assert px.confidence == pytest.approx(mm.confidence)
+    assert large.length_px == pytest.approx(40 * small.length_px)
+    assert large.confidence == pytest.approx(small.confidence)
 
 
 def test_the_baseline_is_the_lower_quartile_and_ignores_a_knot() -> None:

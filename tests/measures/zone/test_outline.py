@@ -132,6 +132,20 @@ def test_lobes_that_meet_the_coil_now_and_then_do_not_lower_the_baseline() -> No
     assert base == pytest.approx(D + 2.0 * BUNDLE[0], rel=0.045)
 
 
+@pytest.mark.parametrize("scale", [MM_PER_PX, float("nan")])
+def test_a_knot_is_told_in_px_from_the_separator_and_in_mm_only_with_a_scale(scale: float) -> None:
+    at = looks()
+    at.scale.mm_per_px = scale  # type: ignore[misc]
+    at.zero_px = 50.0  # type: ignore[misc]
+    found = seen(drawn([(200.0, 330.0)]), at)
+    (knot,), ((low, high),) = found.knots, found.knot_ends_px
+    in_px = (knot.centre_px, knot.length_px, knot.max_diameter_px)
+    assert in_px[:2] == pytest.approx((0.5 * (low + high) - 50.0, high - low))
+    assert in_px[2] == pytest.approx(D + 2.0 * KNOT[0], rel=0.05)
+    in_mm = (knot.centre_mm, knot.length_mm, knot.max_diameter_mm)
+    assert in_mm == pytest.approx(tuple(scale * px for px in in_px), nan_ok=True)
+
+
 @pytest.mark.parametrize("connector_seen", [True, False])
 def test_the_zone_is_as_long_as_the_rig_says(connector_seen: bool) -> None:
     """Foreshortened by 2 %: a knot three quarters down the picture's zone lies there in mm too,

@@ -21,7 +21,7 @@ from tsvision.measures.helix.uncertainty import angle_sd
 from tsvision.measures.looks import Looks, learn_looks, possible_px, sight_of
 from tsvision.measures.scale import needs_curve, scale_along
 from tsvision.measures.zone.envelope import baseline_px, unevenness_of
-from tsvision.measures.zone.knots import find_knots
+from tsvision.measures.zone.knots import find_knots, in_mm
 from tsvision.records import Frame, FrameResult, FrameRow, KnotSighting, Profile, Rig, Scale
 
 NAN = float("nan")
@@ -243,24 +243,27 @@ def _stripes(row: FrameRow, bowed: Bowed, rope: Rope) -> FrameRow:
 
 
 def _knots(bowed: Bowed, rope: Rope) -> list[KnotSighting]:
-    mm = bowed.scale.mm_per_px
-    unit = mm if np.isfinite(mm) else 1.0
     base = baseline_px(rope.envelope_px)
     if not np.isfinite(base):
         return []
     found = find_knots(
-        (rope.s_px - bowed.curve.start_px) * unit,
-        rope.envelope_px * unit,
-        rope.diameter_px * unit,
-        base * unit,
+        rope.s_px - bowed.curve.start_px,
+        rope.envelope_px,
+        rope.diameter_px,
+        base,
         bowed.curve.axis.at(rope.s_px),
-        2.0 * rope.diameter_px * unit,
-        rope.diameter_px_sd * unit,
+        2.0 * rope.diameter_px,
+        rope.diameter_px_sd,
     )
     # Frayed ends and parted plies are wide without being knots.
-    length = (bowed.curve.end_px - bowed.curve.start_px) * unit
-    clear = END_DIAMETERS * rope.diameter_px * unit
-    return [k for k in found if clear < k.ends_mm[0] and k.ends_mm[1] < length - clear]
+    length = bowed.curve.end_px - bowed.curve.start_px
+    clear = END_DIAMETERS * rope.diameter_px
+    mm = bowed.scale.mm_per_px
+    return [
+        in_mm(k, k.centre_px * mm, mm)
+        for k in found
+        if clear < k.ends_px[0] and k.ends_px[1] < length - clear
+    ]
 
 
 def _profile(bowed: Bowed, rope: Rope) -> Profile:

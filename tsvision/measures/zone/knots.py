@@ -18,7 +18,7 @@ import numpy as np
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.zone.envelope import baseline_px, closed_over, envelope_px, reach_px
 from tsvision.measures.zone.laid import coil_rate
-from tsvision.records import KnotSighting
+from tsvision.records import NAN, KnotSighting
 
 RISE = 1.15  # of the baseline: where a knot begins and ends
 TOP = 1.40  # of the bundle's diameter D: what its largest E must reach
@@ -121,7 +121,7 @@ def knots_along(
             outline.diameter_sd_px,
             short,
             gap_px,
-            least_length_mm=0.0,
+            least_length_px=0.0,
         )
 
     knots: list[KnotSighting] = []
@@ -129,17 +129,17 @@ def knots_along(
     if not np.isfinite(base_px):
         return knots, lobes
     for one in sought(outline.tight_px, JOINED * outline.period_px):
-        if _is_an_end(outline, *one.ends_mm):
+        if _is_an_end(outline, *one.ends_px):
             continue
         if (
-            one.length_mm < outline.diameter_px
+            one.length_px < outline.diameter_px
             or _one_sided(outline, one)
             or _in_the_dark_alone(outline, one)
         ):
             lobes.append(replace(one, confidence=LOBE))
             continue
-        parts = _parts(outline, *one.ends_mm, sought)
-        parts = [part for part in parts if part.length_mm >= outline.diameter_px]
+        parts = _parts(outline, *one.ends_px, sought)
+        parts = [part for part in parts if part.length_px >= outline.diameter_px]
         knots += parts if len(parts) > 1 else [one]
     return knots, lobes
 
@@ -155,7 +155,7 @@ def _is_an_end(outline: Outline, low_px: float, high_px: float) -> bool:
 
 def _one_sided(outline: Outline, knot: KnotSighting) -> bool:
     """Whether the strings reach out on one side of the axis only, where both sides are seen."""
-    enough, far = ALONG_D * outline.diameter_px, OTHER_SIDE * 0.5 * knot.max_diameter_mm
+    enough, far = ALONG_D * outline.diameter_px, OTHER_SIDE * 0.5 * knot.max_diameter_px
     here = _about(outline, knot)
     sides = [np.abs(edge[here & (edge != 0.0)]) for edge in (outline.upper_px, outline.lower_px)]
     seen = all(side.size >= outline.diameter_px for side in sides)
@@ -176,7 +176,7 @@ def _in_the_dark_alone(outline: Outline, knot: KnotSighting) -> bool:
 
 def _about(outline: Outline, knot: KnotSighting) -> np.ndarray:
     """Known columns (M,) in a knot and a little beside it."""
-    (low_px, high_px), beside = knot.ends_mm, BESIDE_D * outline.diameter_px
+    (low_px, high_px), beside = knot.ends_px, BESIDE_D * outline.diameter_px
     s_px = outline.edges.s_px
     return outline.known & (s_px >= low_px - beside) & (s_px <= high_px + beside)
 
@@ -201,61 +201,64 @@ def in_mm(knot: KnotSighting, centre_mm: float, mm_per_px: float) -> KnotSightin
     return replace(
         knot,
         centre_mm=centre_mm,
-        length_mm=knot.length_mm * mm_per_px,
-        max_diameter_mm=knot.max_diameter_mm * mm_per_px,
+        length_mm=knot.length_px * mm_per_px,
+        max_diameter_mm=knot.max_diameter_px * mm_per_px,
     )
 
 
 def find_knots(
-    s_mm: np.ndarray,
-    envelope_mm: np.ndarray,
-    diameter_mm: float,
-    baseline_mm: float,
+    s_px: np.ndarray,
+    closed_px: np.ndarray,
+    diameter_px: float,
+    base_px: float,
     place_px: np.ndarray,
-    period_mm: float,
-    envelope_sd_mm: float,
-    short_mm: float = 0.0,
-    gap_mm: float = 0.0,
-    least_length_mm: float | None = None,
+    period_px: float,
+    envelope_sd_px: float,
+    short_px: float = 0.0,
+    gap_px: float = 0.0,
+    least_length_px: float | None = None,
 ) -> list[KnotSighting]:
-    """Intervals that stand out by the written criterion: at least 1 D long with E >= 1.15 E0 and a
-    largest E >= 1.40 D. place_px (M, 2): x, y of the axis. short_mm: by how much an interval of E
-    as one view shows it comes out short; gap_mm: intervals less than that apart are one;
-    least_length_mm: in place of D. Any unit serves for the mm arguments as long as it is the same.
+    """Intervals of E (M,) that stand out by the written criterion: at least 1 D long with
+    E >= 1.15 E0 and a largest E >= 1.40 D; their lengths in px alone. place_px (M, 2): x, y of the
+    axis. short_px: by how much an interval of E as one view shows it comes out short; gap_px:
+    intervals less than that apart are one; least_length_px: in place of D.
     Confidence: how far E stands above both limits, in its own sd.
     """
-    above = np.isfinite(envelope_mm) & (envelope_mm >= RISE * baseline_mm)
-    least = diameter_mm if least_length_mm is None else least_length_mm
+    above = np.isfinite(closed_px) & (closed_px >= RISE * base_px)
+    least = diameter_px if least_length_px is None else least_length_px
     found = []
-    for first, last in _joined(_runs(above), s_mm, gap_mm):
-        length = float(s_mm[last] - s_mm[first]) + short_mm
-        top = float(np.nanmax(envelope_mm[first : last + 1]))
-        if length < least or top < TOP * diameter_mm:
+    for first, last in _joined(_runs(above), s_px, gap_px):
+        length = float(s_px[last] - s_px[first]) + short_px
+        top = float(np.nanmax(closed_px[first : last + 1]))
+        if length < least or top < TOP * diameter_px:
             continue
-        weight = np.clip(envelope_mm[first : last + 1] - RISE * baseline_mm, 0.0, None) + 1e-12
-        centre = float((s_mm[first : last + 1] * weight).sum() / weight.sum())
-        at = int(np.argmin(np.abs(s_mm - centre)))
-        margin = min(top / (RISE * baseline_mm) - 1.0, top / (TOP * diameter_mm) - 1.0)
-        sd = max(envelope_sd_mm / max(baseline_mm, 1e-9), 0.01)
+        weight = np.clip(closed_px[first : last + 1] - RISE * base_px, 0.0, None) + 1e-12
+        centre = float((s_px[first : last + 1] * weight).sum() / weight.sum())
+        at = int(np.argmin(np.abs(s_px - centre)))
+        margin = min(top / (RISE * base_px) - 1.0, top / (TOP * diameter_px) - 1.0)
+        sd = max(envelope_sd_px / max(base_px, 1e-9), 0.01)
         found.append(
             KnotSighting(
-                centre_mm=centre,
-                length_mm=length,
-                max_diameter_mm=top,
+                centre_mm=NAN,
+                length_mm=NAN,
+                max_diameter_mm=NAN,
                 centre_x_px=float(place_px[at, 0]),
                 centre_y_px=float(place_px[at, 1]),
                 confidence=float(1.0 - 0.5 * np.exp(-margin / sd)),
-                coils=length / period_mm if period_mm > 0 else float("nan"),
+                coils=length / period_px if period_px > 0 else NAN,
+                centre_px=centre,
+                length_px=length,
+                max_diameter_px=top,
             )
         )
     return found
 
 
-def _joined(runs: list[tuple[int, int]], s_mm: np.ndarray, gap_mm: float) -> list[tuple[int, int]]:
-    """Runs with less than `gap_mm` between them as one: the dip between two coils of one knot."""
+def _joined(runs: list[tuple[int, int]], s_px: np.ndarray, gap_px: float) -> list[tuple[int, int]]:
+    """Runs with less than `gap_px` between them as one: the dip between two coils of one knot."""
     out: list[tuple[int, int]] = []
     for first, last in runs:
-        if out and s_mm[first] - s_mm[out[-1][1]] < gap_mm:
+        if out and s_px[first] - s_px[out[-1][1]] < gap_px:
             out[-1] = (out[-1][0], last)
         else:
             out.append((first, last))

@@ -47,10 +47,7 @@ def add_outline(
     mid: BundleFit | None,
     apex_px: float,
 ) -> Outlined:
-    """Row with amplitude, envelope and knots filled in, the profile, the knots, and E(s).
-
-    Without a scale the knots' lengths are px.
-    """
+    """Row with amplitude, envelope and knots filled in, the profile, the knots, and E(s)."""
     mm = looks.scale.mm_per_px
     known = (edges.upper_weight > MATCHED) | (edges.lower_weight > MATCHED)
     if np.isfinite(apex_px):
@@ -90,16 +87,15 @@ def add_outline(
     )
     knots = tuple(_told(knot, looks) for knot in found)
     lobes = tuple(_told(lobe, looks) for lobe in lone)
-    ends = tuple(knot.ends_mm for knot in found)
+    ends = tuple(knot.ends_px for knot in found)
     seen = Envelope(tight, outline.tight_over_px)
     return Outlined(row, _profile(edges, looks, envelope), knots, lobes, ends, seen)
 
 
 def _told(knot: KnotSighting, looks: Looks) -> KnotSighting:
-    """A knot in px as it is told: in mm from the separator; in px from there without a scale."""
-    if not np.isfinite(looks.scale.mm_per_px):
-        return replace(knot, centre_mm=knot.centre_mm - looks.zero_px)
-    return in_mm(knot, float(mm_along(looks, knot.centre_mm)), looks.scale.mm_per_px)
+    """A knot along the axis as it is told: from the separator, in px and in mm."""
+    told = in_mm(knot, float(mm_along(looks, knot.centre_px)), looks.scale.mm_per_px)
+    return replace(told, centre_px=knot.centre_px - looks.zero_px)
 
 
 def _is_of_strands(near: BundleFit | None, swing_period_px: float) -> bool:
