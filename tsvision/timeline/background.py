@@ -16,6 +16,7 @@ from collections import deque
 import numpy as np
 import pandas as pd
 
+from tsvision.measures.zone.criterion import COIL_RATIO
 from tsvision.measures.zone.knots import LOBE
 from tsvision.timeline.evidence import CONFIDENCE_IF_UNKNOWN, ratio_of
 from tsvision.timeline.lengths import UNITS, in_diameters
@@ -26,7 +27,6 @@ LEAST_SPREAD = 0.02
 BELIEVED_AT = 2.0  # spreads at which a sighting is as likely a knot as not
 STEEPNESS = 1.5  # log-odds per spread
 STEADY_FRAMES = 5
-COILED = 0.05  # A / D from which a frame belongs to the background of coiling
 TOPS = tuple(f"max_envelope_{unit}" for unit in UNITS)
 ITS_TOP = 0.9  # share of a frame's largest E from which a sighting is what sets it
 
@@ -71,7 +71,7 @@ class Background:
     def push(self, ratio: float, coil_ratio: float, sighted: bool) -> None:
         """Take a frame's largest E / E₀ into the background if the bundle coils there and the
         frame is no event: it shows no knot, or what is rather none."""
-        if not (np.isfinite(ratio) and coil_ratio >= COILED):
+        if not (np.isfinite(ratio) and coil_ratio >= COIL_RATIO):
             return
         middle, spread = self.middle_and_spread()
         if not sighted or ratio <= middle + BELIEVED_AT * spread:

@@ -1,8 +1,10 @@
-"""What counts as which phase, and how long it must last: every number settable in one place."""
+"""What counts as which phase, and how long it must last."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+from tsvision.measures.zone.criterion import COIL_RATIO, KNOT_RATIO, KNOT_RISE, UNEVENNESS
 
 PHASES = ("twist", "overtwist", "local overtwist", "knotted", "irreversible")
 """Phases in rising order; each holds what the ones before it hold, but more."""
@@ -27,12 +29,15 @@ class Criteria:
     turns (or to the end) and for `persist_share` of all turns wound from there on: what shows and
     goes again while the winding goes on was a beat of coils or a slip, no beginning.
     `level`: probability mass of every interval.
+
+    Pictures are read by the definitions themselves: set otherwise here, these numbers change what
+    is told of what was seen, not what is seen.
     """
 
-    coil_ratio: float = 0.05
-    unevenness: float = 0.08
-    knot_rise: float = 1.15
-    knot_ratio: float = 1.40
+    coil_ratio: float = COIL_RATIO
+    unevenness: float = UNEVENNESS
+    knot_rise: float = KNOT_RISE
+    knot_ratio: float = KNOT_RATIO
     persist_frames: int = 3
     persist_turns: float = 2.0
     persist_share: float = 0.75

@@ -16,12 +16,11 @@ from functools import cached_property
 import numpy as np
 
 from tsvision.measures.edges.edges import Edges
+from tsvision.measures.zone.criterion import KNOT_RATIO, KNOT_RISE
 from tsvision.measures.zone.envelope import baseline_px, closed_over, envelope_px, reach_px
 from tsvision.measures.zone.laid import coil_rate
 from tsvision.records import NAN, KnotSighting
 
-RISE = 1.15  # of the baseline: where a knot begins and ends
-TOP = 1.40  # of the bundle's diameter D: what its largest E must reach
 PLAIN = 1.70  # of the lower quartile of E: what reaches it is a knot whatever the beats
 # Lobes of the strands meet those of the coil now here, now there: closed over one coil alone, the
 # lower quartile of an even coil comes out a tenth low, and stretches seen better look like knots.
@@ -90,7 +89,7 @@ def baseline_along_px(outline: Outline) -> float:
     if not np.isfinite(low):
         return low
     plain = np.zeros(tight.size, dtype=bool)
-    for first, last in _runs(np.isfinite(tight) & (tight >= RISE * low)):
+    for first, last in _runs(np.isfinite(tight) & (tight >= KNOT_RISE * low)):
         plain[first : last + 1] = tight[first : last + 1].max() >= PLAIN * low
     shown = np.where(plain, tight, np.nan)
     for first, last in _runs(np.isfinite(tight) & ~plain):
@@ -224,18 +223,18 @@ def find_knots(
     intervals less than that apart are one; least_length_px: in place of D.
     Confidence: how far E stands above both limits, in its own sd.
     """
-    above = np.isfinite(closed_px) & (closed_px >= RISE * base_px)
+    above = np.isfinite(closed_px) & (closed_px >= KNOT_RISE * base_px)
     least = diameter_px if least_length_px is None else least_length_px
     found = []
     for first, last in _joined(_runs(above), s_px, gap_px):
         length = float(s_px[last] - s_px[first]) + short_px
         top = float(np.nanmax(closed_px[first : last + 1]))
-        if length < least or top < TOP * diameter_px:
+        if length < least or top < KNOT_RATIO * diameter_px:
             continue
-        weight = np.clip(closed_px[first : last + 1] - RISE * base_px, 0.0, None) + 1e-12
+        weight = np.clip(closed_px[first : last + 1] - KNOT_RISE * base_px, 0.0, None) + 1e-12
         centre = float((s_px[first : last + 1] * weight).sum() / weight.sum())
         at = int(np.argmin(np.abs(s_px - centre)))
-        margin = min(top / (RISE * base_px) - 1.0, top / (TOP * diameter_px) - 1.0)
+        margin = min(top / (KNOT_RISE * base_px) - 1.0, top / (KNOT_RATIO * diameter_px) - 1.0)
         sd = max(envelope_sd_px / max(base_px, 1e-9), 0.01)
         found.append(
             KnotSighting(

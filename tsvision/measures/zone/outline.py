@@ -16,6 +16,7 @@ from tsvision.measures.looks import Looks
 from tsvision.measures.numeric.line import line_through
 from tsvision.measures.numeric.sums import deviation
 from tsvision.measures.zone.along import mm_along
+from tsvision.measures.zone.criterion import COIL_RATIO
 from tsvision.measures.zone.envelope import Envelope, middle_swing, unevenness_of
 from tsvision.measures.zone.knots import Outline, baseline_along_px, in_mm, knots_along
 from tsvision.records import FrameRow, KnotSighting, Profile
@@ -24,7 +25,6 @@ NAN = float("nan")
 SAME_PERIOD = 0.05  # relative difference of two periods that are the same
 BEATING = 0.075  # unevenness that one view shows of an even coil's crests
 BEYOND = 0.1  # of D: how much farther than the outline a fitted coil may reach
-COILS = 0.05  # rms swing over D from which a bundle coils
 
 
 class Outlined(NamedTuple):
@@ -62,7 +62,7 @@ def add_outline(
         swing = 0.0
     period = _period(near, mid, coil_period, looks.diameter_px)
     sd = row.diameter_px_sd if np.isfinite(row.diameter_px_sd) else 0.05 * diameter
-    coils = swing > COILS * diameter
+    coils = swing > COIL_RATIO * diameter
     outline = Outline(edges, upper, lower, known, diameter, sd, period, coils)
     envelope, tight = outline.closed_px(period), outline.tight_px
     base = baseline_along_px(outline)
