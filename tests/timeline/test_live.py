@@ -86,7 +86,7 @@ def test_the_largest_knot_is_told_in_mm_only_with_a_scale() -> None:
     knot = KnotSighting(*[float("nan")] * 3, 100.0, 50.0, max_diameter_px=61.0)
     measured = FrameResult(FrameRow(0, "a.png", turns=1.0), None, (knot,))
     still = SimpleNamespace(measure=lambda frame, turns: measured)
-    (row,) = watch([Arrival(Frame(0, "a.png", None), 1.0, 0.0)], still, Live(RIG))
+    (row,) = watch([Arrival(Frame(0, "a.png", None), 1.0)], still, Live(RIG))
     assert row["largest_knot_mm"] is None and row["largest_knot_px"] == 61.0
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tsvision.timeline.criteria import Rates
+from tsvision.timeline.criteria import RATES
 from tsvision.timeline.order import Order
 
 DRAWS = 1000
@@ -34,7 +34,6 @@ def infer(
     evidence: np.ndarray,
     order: Order,
     can_hide: bool,
-    rates: Rates = Rates(),
     ready: np.ndarray | None = None,
 ) -> Histories:
     """Histories of one phase from its evidence (n,), given in the order of `order.rows`; `ready`
@@ -42,24 +41,24 @@ def infer(
     count = len(evidence)
     if count == 0:
         return Histories(np.zeros(0), np.zeros((DRAWS, 0), dtype=bool))
-    weight = independence(np.abs(np.gradient(order.wind)), rates) if count > 1 else np.ones(1)
+    weight = independence(np.abs(np.gradient(order.wind))) if count > 1 else np.ones(1)
     emission = emissions(evidence * weight, can_hide)
     turned = np.abs(np.diff(order.wind))
-    times = np.ones(count) if ready is None else np.where(ready, rates.ready_times, 1.0)
+    times = np.ones(count) if ready is None else np.where(ready, RATES.ready_times, 1.0)
     steps = [
-        transition(turned[i], order.direction[i + 1] > 0, can_hide, rates, times[i + 1])
+        transition(turned[i], order.direction[i + 1] > 0, can_hide, times[i + 1])
         for i in range(count - 1)
     ]
-    forward = _filter(emission, steps, start(float(order.wind[0]), rates))
+    forward = _filter(emission, steps, start(float(order.wind[0])))
     drawn = _draw(forward, steps)
     return Histories(drawn.mean(axis=0), drawn)
 
 
-def independence(step_turns: np.ndarray, rates: Rates) -> np.ndarray:
+def independence(step_turns: np.ndarray) -> np.ndarray:
     """Weight of each frame's evidence: frames closer together than `independent_turns` show much
     the same view, and share what one of them would say."""
-    step = np.where(np.isfinite(step_turns), step_turns, rates.independent_turns)
-    return np.clip(step / rates.independent_turns, LEAST_WEIGHT, 1.0)
+    step = np.where(np.isfinite(step_turns), step_turns, RATES.independent_turns)
+    return np.clip(step / RATES.independent_turns, LEAST_WEIGHT, 1.0)
 
 
 def emissions(evidence: np.ndarray, can_hide: bool) -> np.ndarray:
@@ -70,27 +69,27 @@ def emissions(evidence: np.ndarray, can_hide: bool) -> np.ndarray:
     return np.exp(result)
 
 
-def start(wind: float, rates: Rates) -> np.ndarray:
+def start(wind: float) -> np.ndarray:
     """(3,) belief before the first frame: a recording that begins near zero turns begins
     untwisted; elsewhere the phase may be under way."""
-    begun = 1.0 - np.exp(-rates.rise_per_turn * max(wind, 0.0)) + 1e-3
+    begun = 1.0 - np.exp(-RATES.rise_per_turn * max(wind, 0.0)) + 1e-3
     begun = begun if np.isfinite(begun) else 0.5
     return np.array([1.0 - begun, begun, 0.1 * begun])
 
 
 def transition(
-    step_turns: float, winding: bool, can_hide: bool, rates: Rates, readily: float = 1.0
+    step_turns: float, winding: bool, can_hide: bool, readily: float = 1.0
 ) -> np.ndarray:
     """(3, 3) chance of each state after each, over `step_turns` turns; `readily`: by how much the
     phase begins more readily than as a rule."""
-    step = max(step_turns if np.isfinite(step_turns) else 1.0, rates.step_floor_turns)
-    per_turn = readily * rates.rise_per_turn if winding else rates.unwind_rise_per_turn
+    step = max(step_turns if np.isfinite(step_turns) else 1.0, RATES.step_floor_turns)
+    per_turn = readily * RATES.rise_per_turn if winding else RATES.unwind_rise_per_turn
     rise = 1 - np.exp(-step * per_turn)
-    fall = 1 - np.exp(-step * (rates.fall_per_turn if winding else rates.unwind_fall_per_turn))
-    changing = 1 - np.exp(-step / rates.hidden_turns)
-    hide = rates.hide * changing if can_hide else 0.0
-    reveal = min(changing, rates.reveal_most)
-    late = rates.hidden_at_start if can_hide else 0.0
+    fall = 1 - np.exp(-step * (RATES.fall_per_turn if winding else RATES.unwind_fall_per_turn))
+    changing = 1 - np.exp(-step / RATES.hidden_turns)
+    hide = RATES.hide * changing if can_hide else 0.0
+    reveal = min(changing, RATES.reveal_most)
+    late = RATES.hidden_at_start if can_hide else 0.0
     return np.array(
         [
             [1 - rise, rise * (1 - late), rise * late],

@@ -66,3 +66,6 @@ class Rates:
     reveal_most: float = 0.7
     step_floor_turns: float = 0.02
     independent_turns: float = 0.2
+
+
+RATES = Rates()

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import norm
 
-from tsvision.timeline.criteria import Criteria, Rates
+from tsvision.timeline.criteria import RATES, Criteria
 from tsvision.timeline.lengths import over
 from tsvision.timeline.order import numbers
 
@@ -101,10 +101,10 @@ def coil_evidence(frames: pd.DataFrame, criteria: Criteria) -> np.ndarray:
     return fitted + np.where(low > 0.0, low, np.minimum(high, 0.0))
 
 
-def ready_to_knot(frames: pd.DataFrame, rates: Rates = Rates()) -> np.ndarray:
+def ready_to_knot(frames: pd.DataFrame) -> np.ndarray:
     """(n,) True where the bundle coils so widely that knots may snap out."""
     with np.errstate(invalid="ignore"):
-        wide: np.ndarray = steady_ratio(frames, "coil_amplitude") >= rates.ready_coil_ratio
+        wide: np.ndarray = steady_ratio(frames, "coil_amplitude") >= RATES.ready_coil_ratio
     return wide
 
 

@@ -18,7 +18,7 @@ from tsvision.timeline import evidence as speak
 from tsvision.timeline.account import Account, account
 from tsvision.timeline.background import Background, sets_top
 from tsvision.timeline.chain import emissions, independence, start, transition
-from tsvision.timeline.criteria import LEVEL_OF_ONSET, PHASES, Criteria, Rates
+from tsvision.timeline.criteria import LEVEL_OF_ONSET, PHASES, RATES, Criteria
 from tsvision.timeline.lengths import either
 from tsvision.timeline.repeats import USUAL_EXTENT_D, repeat_odds
 from tsvision.timeline.tables import tables
@@ -55,9 +55,8 @@ class Live:
         watch_for: str = "knot_onset",
         certainty: float = 0.95,
         criteria: Criteria = Criteria(),
-        rates: Rates = Rates(),
     ) -> None:
-        self.rig, self.criteria, self.rates = rig, criteria, rates
+        self.rig, self.criteria = rig, criteria
         self.watch_for, self.certainty = watch_for, certainty
         self.results: list[FrameResult] = []
         self.onset: Onset | None = None
@@ -185,14 +184,14 @@ class Live:
         step = abs(wind - self._wind)
         self._turn_back(wind)
         first = not self._belief
-        weight = float(independence(np.array([1.0 if first else step]), self.rates)[0])
+        weight = float(independence(np.array([1.0 if first else step]))[0])
         for level, value in spoken.items():
             hides = level >= 3
             if first:
-                prior = start(wind, self.rates)
+                prior = start(wind)
             else:
-                readily = self.rates.ready_times if ready and level == 3 else 1.0
-                steps = transition(step, self._winding, hides, self.rates, readily)
+                readily = RATES.ready_times if ready and level == 3 else 1.0
+                steps = transition(step, self._winding, hides, readily)
                 prior = self._belief[level] @ steps
             belief = prior * emissions(np.array([value * weight]), hides)[0]
             self._belief[level] = belief / belief.sum()

@@ -24,8 +24,7 @@ SHUFFLED_REVERSALS = 0.45  # a shuffled series turns back at 2/3 of its frames, 
 class Order:
     """`rows` (n,) positions in the table in the order taken; `wind` (n,) |turns| there, gaps
     bridged; `known` (n,) whether the turns were given; `run` (n,) 0, 1, …; `direction` (n,) +1
-    winding, -1 unwinding; `sign` the sense of winding; `notes` for people, `troubled` when the
-    order had to be guessed."""
+    winding, -1 unwinding; `sign` the sense of winding; `notes` for people."""
 
     rows: np.ndarray
     wind: np.ndarray
@@ -34,7 +33,6 @@ class Order:
     direction: np.ndarray
     sign: float
     notes: tuple[str, ...] = ()
-    troubled: bool = False
 
 
 def order_frames(frames: pd.DataFrame) -> Order:
@@ -49,7 +47,7 @@ def order_frames(frames: pd.DataFrame) -> Order:
     if len(direction) and np.all(direction < 0):
         rows, wind, known, direction = rows[::-1], wind[::-1], known[::-1], -direction
         notes += (ONLY_FALLING,)
-    return Order(rows, wind, known, run, direction, sign, notes, shuffled)
+    return Order(rows, wind, known, run, direction, sign, notes)
 
 
 def numbers(table: pd.DataFrame, column: str) -> np.ndarray:

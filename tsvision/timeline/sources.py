@@ -41,11 +41,10 @@ TURNS_WAIT_S = 0.5  # how long a picture waits for its row in turns.csv
 
 @dataclass(frozen=True)
 class Arrival:
-    """One frame with its turn count (NaN where unknown); `came_s` the clock when it was decoded."""
+    """One frame with its turn count (NaN where unknown)."""
 
     frame: Frame
     turns: float
-    came_s: float
 
 
 Turns = Callable[[int, str, float], float]  # frame number, file, seconds since the first -> turns
@@ -141,29 +140,25 @@ def _lone_number(text: str) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def growing_folder(
-    folder: Path, turns: Turns, idle_s: float | None, roused: Callable[[], bool] = lambda: False
-) -> Iterator[Arrival]:
+def growing_folder(folder: Path, turns: Turns, idle_s: float | None) -> Iterator[Arrival]:
     """Pictures of a folder in natural order, then new ones as they come.
 
-    Ends when none has come for `idle_s` (None: never) or `roused()` is true. A picture that is
-    still being written is tried again; one that stays broken comes as unreadable.
+    Ends when none has come for `idle_s` (None: never). A picture that is still being written is
+    tried again; one that stays broken comes as unreadable.
     """
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder; create it, or name a camera index or a URL")
     done: set[str] = set()
     index, first_s, last_news = 0, None, time.monotonic()
-    while not roused():
+    while True:
         waiting = _new_pictures(folder, done)
         for name in waiting:
             frame = _read_when_whole(folder / name, index, name, more_waits=len(waiting) > 1)
             now = time.monotonic()
             first_s = now if first_s is None else first_s
-            yield Arrival(frame, _turns_when_there(turns, index, name, now - first_s), now)
+            yield Arrival(frame, _turns_when_there(turns, index, name, now - first_s))
             done.add(name)
             index, last_news = index + 1, time.monotonic()
-            if roused():
-                return
         if not waiting and idle_s is not None and time.monotonic() - last_news > idle_s:
             return
         time.sleep(POLL_S)
@@ -199,7 +194,6 @@ def camera(
     source: int | str,
     turns: Turns,
     idle_s: float | None = None,
-    roused: Callable[[], bool] = lambda: False,
     drop: bool = True,
 ) -> Iterator[Arrival]:
     """Frames of a camera (index) or stream (URL, or a video file, from which none is dropped)."""
@@ -212,7 +206,7 @@ def camera(
     first_s = None
     index = 0
     try:
-        while not roused():
+        while True:
             taken = grabber.next(idle_s)
             if taken is None:
                 return
@@ -220,7 +214,7 @@ def camera(
             first_s = came_s if first_s is None else first_s
             name = f"{source}#{number}"
             frame = Frame(index, name, pixels)
-            yield Arrival(frame, turns(number, name, came_s - first_s), came_s)
+            yield Arrival(frame, turns(number, name, came_s - first_s))
             index += 1
     finally:
         grabber.stop()

@@ -97,7 +97,7 @@ def track_knots(
         again = {(t, k): repeat_odds(len(rows), gate[t, k], extent) for t, k in pairs}
         _extend(live, again, rows, place, odds, step)
         _start_new(live, done, pairs, rows, place, length, odds, step)
-        live = _retire(live, done, {t for t, _ in pairs}, step)
+        live = _retire(live, done)
     tracks = done + live
     steps_of = np.array([step for step, rows in enumerate(rows_at) for _ in rows], dtype=int)
     step_of_row = np.zeros(len(knots), dtype=int)
@@ -256,7 +256,7 @@ def _retire_doubtful(live: list[Track], done: list[Track]) -> list[Track]:
     return kept
 
 
-def _retire(live: list[Track], done: list[Track], matched: set[int], step: int) -> list[Track]:
+def _retire(live: list[Track], done: list[Track]) -> list[Track]:
     """Close tracks that stayed unseen; where another knot now lies, they merged into it."""
     kept: list[Track] = []
     for track in live:
