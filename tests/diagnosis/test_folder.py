@@ -11,7 +11,7 @@ import numpy as np
 
 from tsvision.diagnosis.folder import table_from_folders
 from tsvision.diagnosis.sources import diagnose_sources
-from tsvision.records import Rig
+from tsvision.records import Actuator, Rig
 
 ZONE_MM, HOLES_MM, DIAMETER_MM = 23.2, 5.0, 0.48
 LOADS_N = (9.81, 29.42, 49.03)
@@ -148,3 +148,20 @@ def test_a_diameter_far_beyond_what_edges_are_misread_by_is_not_passed_over(tmp_
     answer = diagnose_sources(folders(tmp_path, diameter_gain=squeezed), Rig())
     assert answer.status == "unexplained"
     assert answer.residual["observable"] == "diameter_mm"
+
+
+def test_a_rig_given_beside_folders_leaves_their_load_recorded(tmp_path: Path) -> None:
+    """One recording under 9.81 N, diagnosed with and without a rig that says so too; a load that
+    only the rig knows is no recorded one."""
+    folder = folders(tmp_path)[0]
+    given = Rig(actuator=Actuator(load_N=LOADS_N[0]))
+    assert table_from_folders([folder], Rig()).load_recorded
+    assert table_from_folders([folder], given).load_recorded
+    frames = folder / "frames.csv"
+    frames.write_text(frames.read_text().replace("load_N", "unused"))
+    bare = table_from_folders([folder], given)
+    assert not bare.load_recorded and np.all(bare.at.load_N == LOADS_N[0])
+    summary = json.loads((folder / "summary.json").read_text())
+    summary["rig"]["actuator.load_N"] = LOADS_N[0]
+    (folder / "summary.json").write_text(json.dumps(summary))
+    assert table_from_folders([folder], given).load_recorded

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -234,3 +235,22 @@ def test_time_tells_the_branch_where_no_column_does() -> None:
 
     assert read([0.0, 1.0, 2.0, 3.0, 4.0, 5.0]) == [False] * 4 + [True] * 2
     assert read([0.0, 1.0, 2.0, 3.0, 0.0, 1.0]) == [False] * 6  # a clock that starts again
+
+
+def test_a_rig_that_states_the_load_too_takes_no_cause_away() -> None:
+    """The load of the table's own rows counts, also where the rig happens to say the same."""
+    shape = {"strings": 2, "bundle_diameter_mm": 0.47, "load_N": 49.03}
+    rows = [
+        {"turns": n, "observable": "displacement_mm", "value": x, **shape}
+        for n, x in ((20, 16.06), (30, 27.76), (40, 40.22), (55, 59.02))
+    ]
+    rig = Rig(actuator=Actuator(twisting_zone_mm=23.2, hole_distance_mm=5.0, load_N=49.03))
+
+    def recorded(given: list[dict], used: Rig) -> bool:
+        table = table_from_rows(list(given[0]), given, used)
+        np.testing.assert_allclose(table.at.load_N, 49.03)
+        return table.load_recorded
+
+    assert recorded(rows, rig)
+    assert recorded(rows, Rig(actuator=replace(rig.actuator, load_N=float("nan"))))
+    assert not recorded(without(rows, "load_N"), rig)

@@ -24,6 +24,7 @@ DEFAULT_TOLERANCE: dict[str, tuple[float, float]] = {
     "hole_distance_nominal_mm": (0.0, 0.10),
     "camera_scale": (0.005, 0.0),
 }
+NO_CONDITION = ("value", "value_sd", "observable", "load_stated")
 PACE_S = 10.0  # from reading to reading, where no times are known
 GAIN_SD = {"torque_Nmm": 0.03, "pitch_mm": 0.01}  # gauges whose gain is not known exactly
 
@@ -42,7 +43,7 @@ def arrange(rows: list[dict], notes: list[str], where: str, rig: Rig) -> Table:
     first: list[dict] = []
     condition = np.zeros(len(rows), dtype=int)
     for i, row in enumerate(rows):
-        key = tuple(str(v) for k, v in row.items() if k not in ("value", "value_sd", "observable"))
+        key = tuple(str(v) for k, v in row.items() if k not in NO_CONDITION)
         if key not in keys:
             keys[key] = len(first)
             first.append(row)
@@ -66,8 +67,8 @@ def arrange(rows: list[dict], notes: list[str], where: str, rig: Rig) -> Table:
         zone_sd_mm=sds[1],
         hole_sd_mm=sds[2],
         camera_sd=_camera_sd(rows, rig),
-        load_recorded=not unknown
-        and not (math.isfinite(rig.actuator.load_N) and set(loads) == {rig.actuator.load_N}),
+        # A rig's load alone is a default, and not what hung there while these rows were read.
+        load_recorded=not unknown and any(row["load_stated"] for row in rows),
         gain_sd={name: sd for name, sd in GAIN_SD.items() if name in observables},
         notes=tuple(notes),
     )

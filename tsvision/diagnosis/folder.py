@@ -134,6 +134,10 @@ def _rows(folder: Path, rig: Rig, run: str, notes: list[str]) -> list[dict]:
     """The observations of one folder; what is doubtful about it is added to `notes`."""
     frames, summary = _read(folder)
     constants = _constants(summary.get("rig") or {}, rig)
+    # What hung there the recording has to say; of a load that only the rig given now states, the
+    # reader of rows is told nothing, and takes it from there as a default.
+    told = number_of((summary.get("rig") or {}).get("actuator.load_N"))
+    own_load = NAN if math.isnan(told) else constants["load_N"]
     zone_mm = constants["twisting_zone_mm"]
     peak, knotted = -math.inf, False
     turned = [abs(number_of(f.get("turns"))) for f in frames]
@@ -154,7 +158,7 @@ def _rows(folder: Path, rig: Rig, run: str, notes: list[str]) -> list[dict]:
         common = {
             "run": run,
             "turns": turns,
-            "load_N": constants["load_N"] if math.isnan(load) else load,
+            "load_N": own_load if math.isnan(load) else load,
             "branch": "unwind" if peak == most and turns < most else "wind",
             "time_s": number_of(frame.get("time_s")),
             "cycle": number_of(frame.get("cycle")),

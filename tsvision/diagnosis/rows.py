@@ -142,7 +142,9 @@ def _row(
     if branch not in BRANCHES:
         raise InputError(f"{where}, line {line}: branch '{branch}'; write 'wind' or 'unwind'")
     row["unwinding"] = BRANCHES[branch]
-    row["load_N"] = _load(record, names, rig, line, where)
+    load = _load(record, names, line, where)
+    row["load_stated"] = not math.isnan(load)
+    row["load_N"] = load if row["load_stated"] else rig.actuator.load_N
     for name in CONSTANTS:
         given = column(name)
         row[name] = defaults[name] if math.isnan(given) else given
@@ -186,10 +188,11 @@ def _unwind_by_time(rows: list[dict], notes: list[str]) -> None:
         notes.append(f"no column 'branch': {falling} rows were read while the turns fell in time")
 
 
-def _load(record: dict, names: list[str], rig: Rig, line: int, where: str) -> float:
+def _load(record: dict, names: list[str], line: int, where: str) -> float:
+    """The load that the row itself states, NaN where it does not."""
     load = number(record.get("load_N"), "load_N", line, where) if "load_N" in names else NAN
     if math.isnan(load) and "load_kgf" in names:
         load = float(kgf_to_newton(number(record.get("load_kgf"), "load_kgf", line, where)))
     if load < 0:
         raise InputError(f"{where}, line {line}: load {load:g} N is negative; give its magnitude")
-    return rig.actuator.load_N if math.isnan(load) else load
+    return load
