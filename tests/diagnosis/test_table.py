@@ -254,3 +254,23 @@ def test_a_rig_that_states_the_load_too_takes_no_cause_away() -> None:
     assert recorded(rows, rig)
     assert recorded(rows, Rig(actuator=replace(rig.actuator, load_N=float("nan"))))
     assert not recorded(without(rows, "load_N"), rig)
+
+
+def test_each_cycle_of_a_run_has_its_own_reversal() -> None:
+    """To 15, 30 and 20 turns in one run: what plays when the motor reverses counts from there."""
+    path = [(n, peak) for peak in (15.0, 30.0, 20.0) for n in (0.0, peak / 2, peak, peak / 2, 0.0)]
+    branch = ("wind", "wind", "wind", "unwind", "unwind")
+    rows = [
+        {"turns": n, "branch": branch[i % 5], "cycle": 1 + i // 5, "time_s": 10.0 * i}
+        | {"observable": "displacement_mm", "value": 1.0 + n + 0.01 * i}
+        for i, (n, _) in enumerate(path)
+    ]
+    whole = [peak for _, peak in path]
+    for given in (rows, without(rows, "time_s"), without(rows, "cycle")):
+        at = table_from_rows(list(given[0]), given, RIG).at
+        np.testing.assert_array_equal(at.peak_turns[at.unwinding], np.array(whole)[at.unwinding])
+        assert np.all(at.peak_turns >= at.turns)
+    # Where neither tells, no order is known, and the largest turn count is the likeliest.
+    bare = [{**row, "run": "r"} for row in without(rows, "time_s", "cycle")]
+    at = table_from_rows(list(bare[0]), bare, RIG).at
+    assert np.all(at.peak_turns[at.unwinding] == 30.0)

@@ -130,11 +130,12 @@ def _conditions(
         hole_distance_mm=column["hole_distance_nominal_mm"],
         radius_mm=diameter / 2,
         unwinding=np.array([row["unwinding"] for row in first]),
-        peak_turns=np.array([turns[run == k].max() for k in run]),
+        peak_turns=turns,
         time_s=column["time_s"],
         cycle=column["cycle"],
         run=run,
     )
+    at = replace(at, peak_turns=_peaks(at))
     zone_sd = _tolerance(column, "twisting_zone_mm")
     hole_sd = _tolerance(column, "hole_distance_nominal_mm")
     radius_sd = np.where(np.isnan(given), np.maximum(share * diameter, least), given) / 2
@@ -189,6 +190,35 @@ def _in_order(at: Conditions, *groups: np.ndarray) -> np.ndarray:
     along = np.where(at.unwinding, -at.turns, at.turns)
     time, cycle = np.nan_to_num(at.time_s), np.nan_to_num(at.cycle)
     return np.lexsort((along, at.unwinding, time, cycle, *groups))
+
+
+def _peaks(at: Conditions) -> np.ndarray:
+    """The turns from which the motor last turned back, (m,); winding, the most since then.
+
+    A run may hold several cycles, each to turns of its own.
+    """
+    peaks = np.empty(len(at.turns))
+    for run in np.unique(at.run):
+        own = np.flatnonzero(at.run == run)
+        for stretch in _windings(at, own[_in_order(at.take(own))]):
+            peaks[stretch] = np.maximum.accumulate(at.turns[stretch])
+    return peaks
+
+
+def _windings(at: Conditions, order: np.ndarray) -> list[np.ndarray]:
+    """One run's readings in their `order`, cut where a cycle begins or the motor winds anew."""
+    cycle = np.nan_to_num(at.cycle[order])
+    fresh = cycle[1:] != cycle[:-1]
+    if _clock_tells(at, order):
+        fresh |= at.unwinding[order][:-1] & ~at.unwinding[order][1:]
+    return np.split(order, 1 + np.flatnonzero(fresh))
+
+
+def _clock_tells(at: Conditions, order: np.ndarray) -> bool:
+    """Whether no two turn counts share a time: a clock that starts again tells no order."""
+    times = list(zip(at.cycle[order].astype(str), at.time_s[order].astype(str), strict=True))
+    places = zip(times, at.turns[order], at.unwinding[order], strict=True)
+    return len({*times}) == len({*places})
 
 
 def _before(

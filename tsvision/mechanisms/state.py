@@ -21,8 +21,9 @@ NOMINAL = (
 class Conditions:
     """Under which conditions something was observed: arrays of shape (m,), one entry each.
 
-    `turns` are motor turns (unsigned), `peak_turns` the largest of the run so far, `tension_N` is
-    F/N. Unknown loads and times are NaN; then no shape that `needs` them is used.
+    `turns` are motor turns (unsigned), `peak_turns` those from which the motor last turned back
+    (where it winds, the most since it began to), `tension_N` is F/N. Unknown loads and times are
+    NaN; then no shape that `needs` them is used.
     """
 
     turns: np.ndarray
