@@ -23,7 +23,7 @@ from tsvision.diagnosis.facts import (
 )
 from tsvision.diagnosis.fit import Fit, fit
 from tsvision.diagnosis.gain import Gain, as_it_came, held_out_gain, rms
-from tsvision.diagnosis.lack_of_fit import MISFIT_P, LackOfFit, lack_of_fit
+from tsvision.diagnosis.lack_of_fit import LackOfFit, lack_of_fit
 from tsvision.diagnosis.observations import Table
 from tsvision.diagnosis.problem import Problem, prepare
 from tsvision.diagnosis.proposal import proposal_of
@@ -48,7 +48,7 @@ def diagnose(table: Table, base: str = "constant_radius") -> Verdict:
     best = selection.chosen.best if selection.chosen else selection.base
     after = lack_of_fit(problem, best) if selection.chosen else before
     status, explained = _status(problem, selection, before, after)
-    sets, survivors = equivalent_sets(selection, table.observables, after.p > MISFIT_P)
+    sets, survivors = equivalent_sets(selection, table.observables, not after.wrong)
     if status == "explained" and len(sets) > 1:
         status = "ambiguous"
     counted = _counted(problem, best)
@@ -72,13 +72,8 @@ def _status(
 ) -> tuple[str, bool]:
     """Status, and whether the chosen causes may be named."""
     if selection.chosen is None:
-        wrong = before.tested and before.p < MISFIT_P
-        return ("unexplained", False) if wrong else ("no_discrepancy", False)
-    if (
-        after.tested
-        and after.p < MISFIT_P
-        and _share_left(problem, selection.chosen.best, before, after) > MOST_LEFT
-    ):
+        return ("unexplained", False) if before.wrong else ("no_discrepancy", False)
+    if after.wrong and _share_left(problem, selection.chosen.best, before, after) > MOST_LEFT:
         return "unexplained", False
     return "explained", True
 

@@ -12,7 +12,7 @@ from tsvision.diagnosis.candidates import Candidate, Selection, weighed
 from tsvision.diagnosis.confounding import ONE_RADIUS, TELL_RADIUS
 from tsvision.diagnosis.fit import Fit, posterior
 from tsvision.diagnosis.gain import Gain
-from tsvision.diagnosis.lack_of_fit import MISFIT_P, PLACES, LackOfFit
+from tsvision.diagnosis.lack_of_fit import PLACES, LackOfFit
 from tsvision.diagnosis.next_experiment import Proposal
 from tsvision.diagnosis.problem import ZEROED, Problem, parameters
 from tsvision.diagnosis.verdict import Cause, Estimate
@@ -145,7 +145,7 @@ def residual_of(
 
 
 def _hint(after: LackOfFit) -> str:
-    if after.p > MISFIT_P:
+    if not after.wrong:
         return "nothing but noise is left"
     name = after.observable
     size = after.structured[name]

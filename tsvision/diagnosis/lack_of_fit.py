@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tsvision.diagnosis.fit import Fit
-from tsvision.diagnosis.problem import RUN_GAIN, USUAL_NOISE, Problem
+from tsvision.diagnosis.problem import USUAL_NOISE, Problem
 from tsvision.diagnosis.saturated import (
     RHO_GRID,
+    Design,
     Saturated,
     clock_blocks,
     common_blocks,
@@ -25,6 +26,7 @@ MISFIT_P = 1e-3  # structure in the residual that chance hardly makes
 OUTLIER = 5.0  # studentised residual
 MOST_OUTLIERS = 0.1  # share of the rows that may be left out beyond those the fit distrusts
 TRIFLE = 0.2  # of what such readings are usually good to: structure that small is none
+GROSS = 3.0  # times that, or what they are stated to be good to: noise that repeats is no excuse
 LEAST_FREE = 4  # degrees of freedom beyond a saturated model
 MOST_WILD = 0.15  # of the rows: where more are off, company is chance
 DISTRUSTED = 0.25  # Student-t weight: beyond about four times the noise
@@ -43,7 +45,8 @@ class LackOfFit:
     """p-value (1 when nothing can be tested), where it lives, and how large it is.
 
     `structured` maps an observable to the rms of its structured residual in its own unit, and
-    `smooth` (n,) is that residual by row. `rho` and `rho_sd` are REML's, by observable.
+    `smooth` (n,) is that residual by row. `gross` says that `observable`'s is too large for noise,
+    whatever its correlation. `rho` and `rho_sd` are REML's, by observable.
     """
 
     p: float
@@ -54,6 +57,12 @@ class LackOfFit:
     rho: np.ndarray
     rho_sd: np.ndarray
     tested: bool
+    gross: bool = False
+
+    @property
+    def wrong(self) -> bool:
+        """Whether what is left is structure, and no noise."""
+        return self.tested and (self.p < MISFIT_P or self.gross)
 
 
 def lack_of_fit(problem: Problem, fitted: Fit) -> LackOfFit:
@@ -63,11 +72,14 @@ def lack_of_fit(problem: Problem, fitted: Fit) -> LackOfFit:
     rho, rho_sd = np.zeros(len(table.observables)), np.full(len(table.observables), 0.3)
     structured: dict[str, float] = {}
     tests: list[tuple[float, str, str]] = []
+    # By how many times structure exceeds what is usual and what the rows scatter by: few rows leave
+    # the correlation open, so that a smooth misfit of any size might be noise that repeats.
+    gross: dict[str, float] = {}
     tested = False
-    movable = _movable(problem, fitted)
+    design = _design(problem, fitted)
     for k, name in enumerate(table.observables):
         rows = np.flatnonzero(table.observable == k)
-        found = _saturated(problem, fitted, rows, _own_design(movable[rows]))
+        found = _saturated(problem, fitted, rows, design.of(rows))
         if not found:
             continue
         likely = _likely_rho(found)
@@ -80,22 +92,33 @@ def lack_of_fit(problem: Problem, fitted: Fit) -> LackOfFit:
         if telling.structured < table.drifts.get(name, TRIFLE * USUAL_NOISE[name]):
             continue
         tests += [(p, place, name) for s in found for place, p in s.tests.items()]
+        times = telling.structured / max(_usual(problem, name), telling.scatter)
+        if times > GROSS:
+            gross[name] = times
     if not tests:
         return LackOfFit(1.0, "", "", structured, smooth, rho, rho_sd, tested)
     p, place, observable = min(tests)
+    if gross and p * len(tests) > MISFIT_P:
+        largest = max(gross, key=lambda name: gross[name])
+        p, place, observable = min(test for test in tests if test[2] == largest)
     p = min(1.0, p * len(tests))
-    return LackOfFit(p, place, observable, structured, smooth, rho, rho_sd, tested=True)
+    return LackOfFit(p, place, observable, structured, smooth, rho, rho_sd, True, bool(gross))
 
 
-def _saturated(
-    problem: Problem, fitted: Fit, rows: np.ndarray, design: np.ndarray
-) -> list[Saturated]:
+def _usual(problem: Problem, name: str) -> float:
+    """What such readings are usually good to, or as stated where that is more."""
+    stated = float(problem.noise_usual[problem.table.observables.index(name)])
+    return max(stated, USUAL_NOISE[name])
+
+
+def _saturated(problem: Problem, fitted: Fit, rows: np.ndarray, design: Design) -> list[Saturated]:
     """The saturated models that the rows of one observable can bear."""
     models = [
         blocks
         for make in (common_blocks, series_blocks, run_blocks, clock_blocks)
         if (blocks := make(problem, rows))
-        and len(rows) - design.shape[1] - sum(b.shape[1] for b in blocks.values()) >= LEAST_FREE
+        and len(rows) - design.rows.shape[1] - sum(b.shape[1] for b in blocks.values())
+        >= LEAST_FREE
     ]
     if not models:
         return []
@@ -103,7 +126,7 @@ def _saturated(
     residual = (problem.table.value - fitted.predicted)[rows]
     wild = _alone(problem, rows, residual, fitted.weight[rows] < DISTRUSTED)
     for blocks in models:
-        wild = _outliers(residual, np.column_stack([design, *blocks.values()]), wild)
+        wild = _outliers(residual, np.column_stack([design.rows, *blocks.values()]), wild)
     return [Saturated(problem, residual, wild, rows, design, blocks) for blocks in models]
 
 
@@ -139,18 +162,10 @@ def _alone(
     return kept
 
 
-def _movable(problem: Problem, fitted: Fit) -> np.ndarray:
-    """The fit's Jacobian without the gains of single runs, which are known to be small: free ones
-    would pass any difference between runs."""
-    small = [column.startswith(RUN_GAIN) for column in problem.columns]
-    free = np.ones(fitted.jacobian.shape[1], dtype=bool)
-    free[: len(small)] = ~np.array(small, dtype=bool)
-    return fitted.jacobian[:, free]
-
-
-def _own_design(jacobian: np.ndarray) -> np.ndarray:
-    """The columns of the fit's Jacobian that move these rows at all."""
-    return jacobian[:, np.any(jacobian != 0, axis=0)]
+def _design(problem: Problem, fitted: Fit) -> Design:
+    """How the fit's tolerances, parameters and offsets move the rows; only parameters are free."""
+    free = np.full(len(fitted.u), np.nan)
+    return Design(fitted.jacobian, np.concatenate([fitted.z, free, fitted.offsets]))
 
 
 def _outliers(residual: np.ndarray, design: np.ndarray, suspect: np.ndarray) -> np.ndarray:

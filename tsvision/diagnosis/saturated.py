@@ -8,6 +8,8 @@ correlated noise.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.special import fdtrc
 
@@ -102,6 +104,21 @@ def clock_blocks(problem: Problem, rows: np.ndarray) -> dict[str, np.ndarray]:
     return {"clock": np.hstack(blocks)}
 
 
+@dataclass(frozen=True)
+class Design:
+    """How a fit can move some rows (n, P): `moved` (P,) is how far it has moved each column that
+    has a unit normal prior (tolerances, offsets) from the middle of that, NaN where it is free."""
+
+    rows: np.ndarray
+    moved: np.ndarray
+
+    def of(self, keep: np.ndarray) -> Design:
+        """For some of the rows, without the columns that do not touch them."""
+        rows = self.rows[keep]
+        touching = np.any(rows != 0, axis=0)
+        return Design(rows[:, touching], self.moved[touching])
+
+
 class _Whitener:
     """AR(1) whitening of one observable's rows; a row's predecessor is the last one kept."""
 
@@ -126,7 +143,10 @@ class _Whitener:
 
 
 class Saturated:
-    """One observable's residual on the fit's own design and all blocks, at the best rho."""
+    """One observable's residual on the fit's own design and all blocks, at the best rho.
+
+    `scatter` is the noise from row to row, in the rows' unit: what it is if it does not repeat.
+    """
 
     def __init__(
         self,
@@ -134,23 +154,23 @@ class Saturated:
         residual: np.ndarray,
         wild: np.ndarray,
         rows: np.ndarray,
-        design: np.ndarray,
+        design: Design,
         blocks: dict[str, np.ndarray],
     ) -> None:
         whiten = _Whitener(problem, rows, wild)
         extra = np.column_stack(list(blocks.values()))
         everywhere = extra
-        design, extra, residual = design[~wild], extra[~wild], residual[~wild]
+        design, extra, residual = design.of(~wild), extra[~wild], residual[~wild]
         blocks = {place: block[~wild] for place, block in blocks.items()}
-        everything = np.column_stack([design, extra])
+        everything = np.column_stack([design.rows, extra])
+        self.scatter = _noise_beyond(whiten(residual, 0.0), whiten(everything, 0.0))[0] ** 0.5
         self.likely = _rho_likelihood(whiten, residual, everything)
         self.rho = float(self.likely @ RHO_GRID)
         # p averaged over what is likely of rho, by points of equal share. A polynomial for every
         # series leaves little to know rho by: its upper tail matters there.
         many = SHARES_SERIES if {"series", "clock"} & set(blocks) else SHARES
         points = [_quantile(self.likely, (i + 0.5) / many) for i in range(many)]
-        own = range_of(design)
-        found = [_tests(whiten, residual, own, blocks, rho) for rho in points]
+        found = [_tests(whiten, residual, design, blocks, rho) for rho in points]
         self.tests = {k: float(np.mean([tests[k] for tests, _ in found])) for k in blocks}
         noise2 = float(np.mean([noise for _, noise in found]))
         coefficients, self.structured = _structure(whiten, residual, extra, noise2, self.rho)
@@ -167,30 +187,40 @@ def _quantile(likely: np.ndarray, share: float) -> float:
 def _tests(
     whiten: _Whitener,
     residual: np.ndarray,
-    design: np.ndarray,
+    design: Design,
     blocks: dict[str, np.ndarray],
     rho: float,
 ) -> tuple[dict[str, float], float]:
     """p of an F-test for each block at one rho, and the noise variance beyond all blocks.
 
-    `design` and `blocks` are bases of full rank; together they need not be.
+    The priors stand as rows, in units of the noise: tolerances and offsets that were free would
+    take up what only inputs many standard deviations off could do.
     """
     e = whiten(residual, rho)
-    own = np.linalg.qr(whiten(design, rho))[0]
-    e = e - own @ (own.T @ e)
+    own = whiten(design.rows, rho)
     fresh = {place: whiten(block, rho) for place, block in blocks.items()}
-    fresh = {place: block - own @ (own.T @ block) for place, block in fresh.items()}
-    full = range_of(np.column_stack(list(fresh.values())))
-    free = max(len(e) - own.shape[1] - full.shape[1], 1)
-    left = e - full @ (full.T @ e)
-    noise2 = max(float(left @ left) / free, 1e-12)
+    noise2, free = _noise_beyond(e, np.column_stack([own, *fresh.values()]))
+    known = np.flatnonzero(np.isfinite(design.moved))
+    held = np.sqrt(noise2) * np.eye(len(design.moved))[known]
+    e = np.concatenate([e, -np.sqrt(noise2) * design.moved[known]])
+    own = range_of(np.vstack([own, held]))
+    e = e - own @ (own.T @ e)
     found = {}
     for place, block in fresh.items():
-        basis = full if len(fresh) == 1 else range_of(block)
+        block = np.vstack([block, np.zeros((len(known), block.shape[1]))])
+        basis = range_of(block - own @ (own.T @ block))
         many = max(basis.shape[1], 1)
         statistic = float(np.sum((basis.T @ e) ** 2)) / many / noise2
         found[place] = float(fdtrc(many, free, statistic))
     return found, noise2
+
+
+def _noise_beyond(e: np.ndarray, everything: np.ndarray) -> tuple[float, int]:
+    """The noise variance that is left beyond `everything`, and its degrees of freedom."""
+    full = range_of(everything)
+    free = max(len(e) - full.shape[1], 1)
+    left = e - full @ (full.T @ e)
+    return max(float(left @ left) / free, 1e-12), free
 
 
 def _rho_likelihood(whiten: _Whitener, residual: np.ndarray, everything: np.ndarray) -> np.ndarray:
