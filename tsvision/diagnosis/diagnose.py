@@ -22,7 +22,7 @@ from tsvision.diagnosis.facts import (
     short_gain,
 )
 from tsvision.diagnosis.fit import Fit, fit
-from tsvision.diagnosis.gain import Gain, as_it_came, held_out_gain, rms
+from tsvision.diagnosis.gain import Gain, as_it_came, denies, held_out_gain, rms
 from tsvision.diagnosis.lack_of_fit import LackOfFit, lack_of_fit
 from tsvision.diagnosis.observations import Table
 from tsvision.diagnosis.problem import Problem, prepare
@@ -53,6 +53,9 @@ def diagnose(table: Table, base: str = "constant_radius") -> Verdict:
         status = "ambiguous"
     counted = _counted(problem, best)
     gain = held_out_gain(problem, selection, counted)
+    off = table.value - best.predicted
+    if explained and gain is not None and denies(gain, rms(off[counted])):
+        status, explained = "unexplained", False
     named = explained and selection.chosen is not None
     return _compose(
         problem, selection, status, sets if named else [], survivors, best, after, counted, gain
@@ -119,7 +122,7 @@ def _compose(
     following = proposal_dict(proposal_of(problem, selection, sets, survivors)) if sets else None
     rivals = rivals_of(selection, sets)
     gained = None if gain is None else gain_dict(gain)
-    residual = residual_of(problem, status, selection, after)
+    residual = residual_of(problem, status, selection, after, gain)
     return Verdict(
         status=status,
         causes=causes,

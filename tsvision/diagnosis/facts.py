@@ -112,7 +112,7 @@ def short_gain(gain: Gain) -> dict[str, float]:
 
 
 def residual_of(
-    problem: Problem, status: str, selection: Selection, after: LackOfFit
+    problem: Problem, status: str, selection: Selection, after: LackOfFit, gain: Gain | None
 ) -> dict[str, Any]:
     """How much is left, where, and a hint in words."""
     table = problem.table
@@ -124,6 +124,8 @@ def residual_of(
         "hint": "too few observations to tell" if not after.tested else _hint(after),
     }
     if status == "unexplained":
+        if gain is not None and not after.wrong:
+            residual["hint"] = _unforeseen(gain)
         residual["partly"] = list(selection.chosen.names) if selection.chosen else []
         at = table.at.take(table.condition)
         kept = [
@@ -142,6 +144,14 @@ def residual_of(
             for i in kept
         ]
     return residual
+
+
+def _unforeseen(gain: Gain) -> str:
+    unit = OBSERVABLES[gain.observable]
+    return (
+        f"what fits these data does not foresee those left out ({gain.scheme}), where it is "
+        f"{gain.extended:.3g} {unit} off and the base {gain.base:.3g} {unit}"
+    )
 
 
 def _hint(after: LackOfFit) -> str:

@@ -16,6 +16,10 @@ TURN_BLOCKS = 4
 MOST_FOLDS = 6
 DRAWS = 1000
 LEAST_TRAINING = 4
+BY_TURNS = "leave-one-turn-block-out"
+PROMISE = 1.5  # times by which a fit must undercut the base, for what was left out to judge it
+KEPT = 0.2  # share of that (in squares) which must come true there
+LEAST_FOLDS = 3  # two leave a single load to learn from, which shows no effect of load
 
 
 @dataclass(frozen=True)
@@ -76,6 +80,20 @@ def held_out_gain(problem: Problem, selection: Selection, rows: np.ndarray) -> G
     )
 
 
+def denies(gain: Gain, fitted_rms: float) -> bool:
+    """Whether what was left out denies causes that leave `fitted_rms` of the rows they were fitted
+    to: a set that bends to every row it is shown predicts none that it is not.
+
+    Little is asked, since true effects of load or time carry badly to other loads. Turns that were
+    left out deny nothing: an effect that sets in there cannot be learnt elsewhere.
+    """
+    if gain.scheme == BY_TURNS or len(gain.chosen) < LEAST_FOLDS:
+        return False
+    promised = gain.base**2 - fitted_rms**2
+    came_true = gain.base**2 - gain.extended**2
+    return gain.base > PROMISE * fitted_rms and came_true < KEPT * promised
+
+
 def subset(problem: Problem, keep: np.ndarray) -> Problem:
     """The same problem (groups, nuisances, reference) on fewer rows."""
     return replace(
@@ -115,7 +133,7 @@ def _folds(problem: Problem, rows: np.ndarray) -> tuple[str, list[np.ndarray]]:
         ("leave-one-load-out", np.round(load, 3) if table.load_recorded else np.zeros(table.rows)),
         ("leave-one-N-out", strings),
         ("leave-one-run-out", table.run.astype(float)),
-        ("leave-one-turn-block-out", _turn_blocks(turns)),
+        (BY_TURNS, _turn_blocks(turns)),
     ]
     for scheme, label in labels:
         values = np.unique(label[rows])
