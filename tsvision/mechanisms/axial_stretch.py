@@ -19,6 +19,15 @@ _COMPLIANCE = Parameter(
     typical=5e-4,  # fibres break at 3 to 4 % strain, some hundred N
     starts=(0.7, 3.0),
 )
+_TAIL = Parameter(
+    "tail_mm_per_N",
+    "mm/N",
+    "length of one string outside the zone over EA, and what the frame gives way",
+    low=0.0,
+    high=1.0,
+    typical=0.03,  # 60 mm of string at the compliance that is typical above
+    starts=(0.7, 3.0),
+)
 _EXPONENT = Parameter(
     "exponent",
     "1",
@@ -50,12 +59,19 @@ def _beyond_untwisted(state: State, p: Values) -> dict[str, np.ndarray]:
     return {"displacement_mm": state.displacement_mm - change}
 
 
+def _outside(state: State, p: Values) -> dict[str, np.ndarray]:
+    """Beyond the zone the string is straight, as long at any turns, under F/N."""
+    lost = p["tail_mm_per_N"] * state.at.tension_N
+    return {"displacement_mm": state.displacement_mm - lost}
+
+
 def _power(state: State, tension: np.ndarray, p: Values) -> np.ndarray:
     typical = state.reference.tension_mean_N
     return p["compliance_1_N"] * typical * (tension / typical) ** p["exponent"]
 
 
 _LOAD = frozenset({"load"})
+_SEVERAL = frozenset({"load", "loads"})  # under one load it is but another zero
 _MAIN = Shape(
     "hooke",
     "x = x₀ − (L + x₀) T/EA",
@@ -95,6 +111,13 @@ MECHANISM = Mechanism(
             (_COMPLIANCE, _EXPONENT),
             {"draw": _stretching(_power)},
             _LOAD,
+        ),
+        Shape(
+            "tail",
+            "x = x₀ − (L_tail/EA) F/N: the string outside the zone, or the frame",
+            (_TAIL,),
+            {"draw": _outside},
+            _SEVERAL,
         ),
         varying(_MAIN),
         easing(_MAIN),
