@@ -40,7 +40,7 @@ def record(
     ),
     names: bool = typer.Option(False, "--list", help="Print every setting with its default."),
     ids: bool = typer.Option(False, "--ids", help="Write the strand id maps too."),
-    overwrite: bool = typer.Option(False, "--overwrite", help="Replace an existing folder."),
+    overwrite: bool = typer.Option(False, "--overwrite", help="Replace an earlier recording."),
     quiet: bool = typer.Option(False, "--quiet", "-q", help="No progress on stderr."),
 ) -> None:
     """Render a recording: frames, turns.csv, rig.toml, truth.parquet, truth.json."""

@@ -36,7 +36,7 @@ class FrameWriter:
         drawing = take(self.settings, self.scene, state, paths)
         picture = shoot(self.settings, drawing, index)
         if self.with_ids:
-            _save(self.folder / "truth_ids" / f"frame_{index:05d}.png", drawing.ids, [])
+            _save(self.folder / id_map_name(index), drawing.ids, [])
         if self.video is not None:
             _encode(self.video, picture)
             return "recording.mp4"
@@ -49,6 +49,11 @@ class FrameWriter:
             options = [cv2.IMWRITE_JPEG_QUALITY, sensor.quality]
         _save(self.folder / name, picture, options)
         return name
+
+
+def id_map_name(index: int) -> str:
+    """Where a frame's strand id map lies in the recording's folder."""
+    return f"truth_ids/frame_{index:05d}.png"
 
 
 def _save(path: Path, picture: np.ndarray, options: list[int]) -> None:

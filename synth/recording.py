@@ -2,14 +2,14 @@
 truth.json.
 
 Strategy: frame by frame, nothing kept but the scalars of the truth, so memory does not grow with
-the recording. Everything is written into a folder beside the target and renamed at the end.
+the recording.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import json
-import shutil
+import re
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
@@ -23,16 +23,20 @@ import pyarrow.parquet as pq
 from synth.actuator import state_at
 from synth.camera import View
 from synth.effects import stated_zone_mm
-from synth.frames import open_frames
+from synth.frames import id_map_name, open_frames
 from synth.phases import onset
 from synth.render import Scene, make_scene
 from synth.settings import Settings
 from synth.strands import hole_diameter_mm, strand_paths
 from synth.truth import FrameTruth, frame_truth, hardware_truth, scale_at
 from synth.validate import check
-from tsvision.errors import InputError
+from tsvision.out_folder import Kind, check_out, staged
 
 Progress = Callable[[int, int], None]
+_TRUTH = "truth.json"
+_FORMAT = "tsvision synthetic recording"
+_ALWAYS_THERE = ("turns.csv", "rig.toml", "truth.parquet", "truth_profiles.parquet", _TRUTH)
+_FRAME_FILE = re.compile(r"frame_\d{5,}\.(png|jpg|tif)|recording\.mp4")
 _ORDER = ("twist", "overtwist", "local overtwist", "knotted", "irreversible")
 
 
@@ -47,27 +51,33 @@ def write_recording(
 
     `progress(done, total)` is called after every frame. `with_ids` writes the strand id map of
     every frame (0 none, k strand k) as `truth_ids/*.png`. Raises InputError on a parameter out of
-    bounds, on an existing folder without `overwrite`, or when a turn count cannot be held.
+    bounds, on an existing folder without `overwrite` or of something else, or when a turn count
+    cannot be held.
     """
     check(settings)
     target = Path(out)
-    if target.exists() and not overwrite:
-        raise InputError(f"{target} exists; choose another folder or give --overwrite")
-    partial = target.with_name(f".{target.name}.partial")
-    shutil.rmtree(partial, ignore_errors=True)
-    try:
-        partial.mkdir(parents=True)
-        _write_all(partial, settings, progress, with_ids)
-        if target.exists():
-            shutil.rmtree(target)
-        partial.rename(target)
-    except OSError as problem:
-        raise InputError(
-            f"cannot write {target}: {problem.strerror or problem}; choose a folder with room"
-        ) from problem
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
+    check_out(target, RECORDING, overwrite)
+    with staged(target, RECORDING) as folder:
+        _write_all(folder, settings, progress, with_ids)
     return target
+
+
+def _own_names(folder: Path) -> frozenset[str]:
+    """What was rendered into a folder, as its truth lists it; frames by other names are others'."""
+    try:
+        story = json.loads((folder / _TRUTH).read_bytes())
+        if not str(story["format"]).startswith(_FORMAT):
+            return frozenset()
+        numbers = [int(frame["frame"]) for frame in story["frames"]]
+        files = [str(frame["file"]) for frame in story["frames"]]
+    except (OSError, ValueError, TypeError, LookupError):
+        return frozenset()
+    frames = [name for name in files if _FRAME_FILE.fullmatch(name)]
+    ids = [id_map_name(number) for number in numbers]
+    return frozenset({*_ALWAYS_THERE, *frames, *ids})
+
+
+RECORDING = Kind("rendered recording", _TRUTH, _own_names)
 
 
 def _write_all(folder: Path, settings: Settings, progress: Progress | None, with_ids: bool) -> None:
@@ -96,7 +106,7 @@ def _write_all(folder: Path, settings: Settings, progress: Progress | None, with
     _turns_table(settings, frame_table).to_csv(folder / "turns.csv", index=False)
     (folder / "rig.toml").write_text(rig_text(settings, scene))
     story = truth_story(settings, scene, frame_table, knots)
-    (folder / "truth.json").write_text(json.dumps(story, indent=1, default=_plain))
+    (folder / _TRUTH).write_text(json.dumps(story, indent=1, default=_plain))
 
 
 def _profile_table(truth: FrameTruth, view: View, index: int) -> pa.Table:
@@ -177,7 +187,7 @@ def truth_story(
     """truth.json: what was rendered, the onsets, the hardware in px, and every frame."""
     records = frames.to_dict("records")
     return {
-        "format": "tsvision synthetic recording, version 1",
+        "format": f"{_FORMAT}, version 1",
         "made_by": f"tsvision {version('tsvision')}",
         "conventions": CONVENTIONS,
         "settings": dataclasses.asdict(settings),

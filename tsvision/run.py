@@ -18,9 +18,10 @@ from tsvision.atomic import write_text
 from tsvision.errors import InputError
 from tsvision.images.frames import input_files, open_recording, part_of
 from tsvision.jsonable import to_json
+from tsvision.out_folder import check_out, staged
 from tsvision.records import FrameResult, Recording
 from tsvision.results.budget import write_budget
-from tsvision.results.folder import PROFILES, SUMMARY, check_out, staged
+from tsvision.results.folder import MEASUREMENT, PROFILES, SUMMARY
 from tsvision.results.read import read_table
 from tsvision.results.summary import make_summary, sha256_of
 from tsvision.results.tables import (
@@ -79,8 +80,8 @@ def measure_to_folder(
         source, rig_path, overrides, turns_file, turns_per_frame, turns_from_name, frames
     )
     recording, first = open_request(request)
-    check_out(out, overwrite, need_bytes=_BYTES_A_FRAME * len(recording.files))
-    with staged(out) as folder:
+    check_out(out, MEASUREMENT, overwrite, need_bytes=_BYTES_A_FRAME * len(recording.files))
+    with staged(out, MEASUREMENT) as folder:
         write_measurement(folder, recording, measure or measuring(), first, progress)
         if uncertainty_budget:
             write_budget(folder, read_table(folder / "frames.parquet"))

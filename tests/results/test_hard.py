@@ -155,11 +155,26 @@ def test_a_kill_between_two_renames_loses_nothing(film: Path, tmp_path: Path, me
     assert left_behind(tmp_path, {"film"}) == {"out"}
 
 
-def test_two_runs_at_once_do_not_touch_each_other(film: Path, tmp_path: Path, measure) -> None:
-    from tsvision.results.folder import staged
+def test_a_kill_after_both_renames_loses_nothing(film: Path, tmp_path: Path, measure) -> None:
     from tsvision.run import measure_to_folder
 
-    with staged(tmp_path / "out") as other:
+    out = measure_to_folder(film, tmp_path / "out", measure=measure)
+    old = tmp_path / ".out.part-aside" / "old"
+    old.mkdir(parents=True)
+    for name in ("summary.json", "frames.csv", "notes.txt"):
+        (old / name).write_text("old")  # what a kill at that moment leaves
+    measure_to_folder(film, out, overwrite=True, measure=measure)
+    assert (out / "notes.txt").read_text() == "old"
+    assert (out / "summary.json").read_text() != "old"
+    assert left_behind(tmp_path, {"film"}) == {"out"}
+
+
+def test_two_runs_at_once_do_not_touch_each_other(film: Path, tmp_path: Path, measure) -> None:
+    from tsvision.out_folder import staged
+    from tsvision.results.folder import MEASUREMENT
+    from tsvision.run import measure_to_folder
+
+    with staged(tmp_path / "out", MEASUREMENT) as other:
         (other / "half.txt").write_text("")
         measure_to_folder(film, tmp_path / "out", measure=measure)
         assert (other / "half.txt").exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
@@ -143,6 +144,53 @@ def test_overwrite_never_replaces_a_folder_that_is_no_measurement(
     assert everything_in(film) == before
 
 
+def test_a_link_is_followed_and_stays_one(film: Path, tmp_path: Path, measure) -> None:
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to("real")
+    for overwrite in (False, True):
+        measure_to_folder(film, tmp_path / "link", overwrite=overwrite, measure=measure)
+        assert (tmp_path / "link").is_symlink()
+        assert len(read_measurement(tmp_path / "real").frames) == 12
+    assert {p.name for p in tmp_path.iterdir()} == {"film", "real", "link"}
+
+
+def test_a_folder_that_cannot_be_moved_is_refused_before_measuring(
+    film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(recording: Recording, start: int, stop: int) -> Iterator[FrameResult]:
+        raise AssertionError("measured although the folder cannot be replaced")
+
+    (tmp_path / "here" / "inner").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "here")
+    with pytest.raises(InputError, match="current folder"):
+        measure_to_folder(film, Path("."), measure=never)
+    monkeypatch.chdir("inner")
+    with pytest.raises(InputError, match="current folder"):
+        measure_to_folder(film, Path(".."), measure=never)
+    with pytest.raises(InputError, match="disk is mounted"):
+        measure_to_folder(film, Path("/proc"), measure=never)
+    assert {p.name for p in tmp_path.iterdir()} == {"film", "here"}
+
+
+def test_an_old_measurement_that_cannot_step_aside_leaves_nothing_behind(
+    film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, measure
+) -> None:
+    out = measure_to_folder(film, tmp_path / "out", frames=(0, 3), measure=measure)
+    before = everything_in(out)
+    rename = os.rename
+
+    def busy(source: Path, target: Path) -> None:
+        if Path(source) == out:
+            raise OSError(errno.EBUSY, "Device or resource busy")
+        rename(source, target)
+
+    monkeypatch.setattr("tsvision.out_folder.os.rename", busy)
+    with pytest.raises(InputError, match="busy"):
+        measure_to_folder(film, out, overwrite=True, measure=measure)
+    assert everything_in(out) == before
+    assert {p.name for p in tmp_path.iterdir()} == {"film", "out"}
+
+
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError, MemoryError])
 def test_nothing_half_written_is_left(film: Path, tmp_path: Path, measure, error) -> None:
     old = everything_in(measure_to_folder(film, tmp_path / "out", frames=(0, 2), measure=measure))
@@ -193,7 +241,7 @@ def test_output_place_is_checked_before_measuring(film: Path, tmp_path: Path) ->
 
 def test_no_room_is_said_before_measuring(film: Path, tmp_path: Path, monkeypatch, measure) -> None:
     nearly_full = SimpleNamespace(free=1000)
-    monkeypatch.setattr("tsvision.results.folder.shutil.disk_usage", lambda place: nearly_full)
+    monkeypatch.setattr("tsvision.out_folder.shutil.disk_usage", lambda place: nearly_full)
     with pytest.raises(InputError, match="make room"):
         measure_to_folder(film, tmp_path / "out", measure=measure)
 

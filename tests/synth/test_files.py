@@ -215,15 +215,76 @@ def test_video_holds_every_frame_and_repeats(tmp_path: Path) -> None:
     assert shapes == [(180, 320)] * 4
 
 
-def test_an_existing_folder_is_kept(tmp_path: Path) -> None:
-    target = tmp_path / "rec"
-    target.mkdir()
-    (target / "mine.txt").write_text("keep")
+def files_in(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def test_a_recording_replaces_a_recording_and_what_is_not_of_it_stays(tmp_path: Path) -> None:
+    target = write_recording(tmp_path / "rec", tiny("0:4:1"), with_ids=True)
+    first = files_in(target)
+    mine = {"notes.txt": b"1", "truth_ids/notes.txt": b"2", "frame_00009.png": b"3", "m/a": b"4"}
+    for name, data in mine.items():
+        (target / name).parent.mkdir(exist_ok=True)
+        (target / name).write_bytes(data)
     with pytest.raises(InputError, match="--overwrite"):
         write_recording(target, tiny())
-    assert (target / "mine.txt").read_text() == "keep"
+    assert files_in(target) == {**first, **mine}
     write_recording(target, tiny("4"), overwrite=True)
-    assert not (target / "mine.txt").exists()
+    fresh = files_in(write_recording(tmp_path / "fresh", tiny("4")))
+    assert files_in(target) == {**fresh, **mine}
+    assert {p.name for p in tmp_path.iterdir()} == {"rec", "fresh"}
+
+
+@pytest.mark.parametrize(
+    "held",
+    [
+        {"thesis.txt": b"years of work"},
+        {"truth.json": b"{}", "thesis.txt": b"years of work"},
+        {"truth.json": b"no JSON"},
+        {"summary.json": b"{}"},
+    ],
+)
+def test_overwrite_leaves_a_folder_alone_that_is_no_recording(
+    tmp_path: Path, held: dict[str, bytes]
+) -> None:
+    target = tmp_path / "work"
+    target.mkdir()
+    for name, data in held.items():
+        (target / name).write_bytes(data)
+    with pytest.raises(InputError, match="no rendered recording"):
+        write_recording(target, tiny(), overwrite=True)
+    assert files_in(tmp_path) == {f"work/{name}": data for name, data in held.items()}
+
+
+def test_a_frame_never_takes_the_place_of_a_file_that_is_not_of_the_recording(
+    tmp_path: Path,
+) -> None:
+    target = write_recording(tmp_path / "rec", tiny("4"))
+    (target / "frame_00001.png").write_bytes(b"mine")
+    before = files_in(tmp_path)
+    with pytest.raises(InputError, match=r"frame_00001\.png.*move it"):
+        write_recording(target, tiny("0:4:2"), overwrite=True)
+    assert files_in(tmp_path) == before
+
+
+@pytest.mark.parametrize("out", [".", "../gone/..", "../here"])
+def test_the_folder_one_is_in_is_refused_and_left_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, out: str
+) -> None:
+    here = write_recording(tmp_path / "here", tiny("4"))
+    monkeypatch.chdir(here)
+    before = files_in(tmp_path)
+    with pytest.raises(InputError, match="current folder"):
+        write_recording(Path(out), tiny(), overwrite=True)
+    assert files_in(tmp_path) == before
+
+
+def test_a_link_to_a_folder_stays_one(tmp_path: Path) -> None:
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to("real")
+    write_recording(tmp_path / "link", tiny("4"))
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "real" / "truth.json").is_file()
 
 
 def test_nothing_half_written_is_left_behind(tmp_path: Path) -> None:

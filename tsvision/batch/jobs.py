@@ -16,8 +16,9 @@ from typing import Any
 
 from tsvision.errors import InputError
 from tsvision.images.frames import input_files
+from tsvision.out_folder import staged
 from tsvision.records import Recording
-from tsvision.results.folder import ALWAYS_THERE, PROFILES, staged
+from tsvision.results.folder import ALWAYS_THERE, MEASUREMENT, PROFILES
 from tsvision.results.read import read_summary
 from tsvision.results.summary import code_digest, content_key, sha256_of
 from tsvision.results.tables import (
@@ -103,7 +104,7 @@ def merge(
         shelf = chunks_of(out, name, prepared.key)
         places = [shelf / f"{start:09d}-{stop:09d}" for start, stop in chunks]
         target.parent.mkdir(parents=True, exist_ok=True)
-        with staged(target) as folder:
+        with staged(target, MEASUREMENT) as folder:
             _join(folder, recording, places, prepared.digests, first)
     shutil.rmtree(chunks_of(out, name, prepared.key), ignore_errors=True)
     return read_summary(target)
