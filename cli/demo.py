@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 import time
 from pathlib import Path
 from typing import Any
@@ -26,40 +25,43 @@ def command(
     from tsvision.errors import InputError
 
     started = time.monotonic()
-    if out.exists():
-        if not overwrite:
-            raise InputError(f"{out} exists; choose another folder or give --overwrite")
-        _clear(out)
-    recording = _render(out / "recording", quiet)
-    measured = _measure(recording, out / "measured", quiet)
+    if out.exists() and not overwrite:
+        raise InputError(f"{out} exists; choose another folder or give --overwrite")
+    _refuse_foreign(out, overwrite)
+    recording = _render(out / "recording", overwrite, quiet)
+    measured = _measure(recording, out / "measured", overwrite, quiet)
     page = _report(measured, recording)
     _tell(recording, measured)
     print(f"report: {page}")
     print(f"done in {time.monotonic() - started:.0f} s")
 
 
-def _clear(out: Path) -> None:
-    """Remove what an earlier demo wrote, and nothing else."""
-    for name in ("recording", "measured"):
-        shutil.rmtree(out / name, ignore_errors=True)
+def _refuse_foreign(out: Path, overwrite: bool) -> None:
+    """Before any work: only what an earlier demo wrote is replaced."""
+    from synth.recording import RECORDING
+    from tsvision.out_folder import check_out
+    from tsvision.results.folder import MEASUREMENT
+
+    check_out(out / "recording", RECORDING, overwrite)
+    check_out(out / "measured", MEASUREMENT, overwrite)
 
 
-def _render(folder: Path, quiet: bool) -> Path:
+def _render(folder: Path, overwrite: bool, quiet: bool) -> Path:
     from cli.progress import frame_progress
     from synth.build import make_settings, parse_turns
     from synth.recording import write_recording
 
     settings = make_settings(parse_turns(TURNS), "bench", SEED, "bright_on_dark")
     with frame_progress("rendering", quiet) as progress:
-        return write_recording(folder, settings, progress=progress)
+        return write_recording(folder, settings, overwrite, progress)
 
 
-def _measure(recording: Path, folder: Path, quiet: bool) -> Path:
+def _measure(recording: Path, folder: Path, overwrite: bool, quiet: bool) -> Path:
     from cli.progress import frame_progress
     from tsvision.run import measure_to_folder
 
     with frame_progress("measuring", quiet) as progress:
-        return measure_to_folder(recording, folder, progress=progress)
+        return measure_to_folder(recording, folder, overwrite=overwrite, progress=progress)
 
 
 def _report(measured: Path, recording: Path) -> Path:

@@ -44,5 +44,23 @@ def test_it_keeps_what_is_there(tmp_path: Path, capsys: pytest.CaptureFixture[st
     (tmp_path / "demo" / "mine.txt").write_text("keep")
     assert run(["demo", "--out", str(tmp_path / "demo")]) == 2
     assert "--overwrite" in capsys.readouterr().err
-    demo._clear(tmp_path / "demo")
     assert (tmp_path / "demo" / "mine.txt").exists()
+
+
+@pytest.mark.parametrize("name", ["recording", "measured"])
+def test_overwrite_leaves_folders_alone_that_no_demo_wrote(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    name: str,
+) -> None:
+    def never(*anything: object) -> None:
+        raise AssertionError("rendered although the demo cannot be written")
+
+    monkeypatch.setattr(demo, "_render", never)
+    mine = tmp_path / name / "thesis.txt"
+    mine.parent.mkdir()
+    mine.write_text("years of work")
+    assert run(["demo", "--out", str(tmp_path), "--overwrite"]) == 2
+    assert f"{name}: holds files but no" in capsys.readouterr().err
+    assert mine.read_text() == "years of work"
