@@ -8,10 +8,11 @@ import pytest
 from synth.build import make_settings
 from synth.recording import write_recording
 from tests.measures import pictures
+from tsvision.errors import InputError
 from tsvision.flags import Flag, flags_from_text
 from tsvision.images.frames import iter_frames, open_recording
 from tsvision.measures.recording import Measurer
-from tsvision.records import Camera, Frame, Recording, Rig, Strings, View
+from tsvision.records import Camera, Frame, FrameRow, Recording, Rig, Strings, View
 from tsvision.rig import load_rig
 
 TOLD = Rig(strings=Strings(count=2, diameter_mm=0.24), camera=Camera(mm_per_px=0.03))
@@ -63,6 +64,26 @@ def test_one_leg_is_no_bundle_where_the_string_is_known(film: Recording) -> None
     measurer.prime([first.pixels])
     assert measurer.looks is None
     assert np.isnan(measurer.measure(first).row.pitch_px)
+
+
+def row_in_region(roi_px: tuple[int, int, int, int]) -> FrameRow:
+    view = View(separator_side="none", roi_px=roi_px)
+    measurer = Measurer(Rig(strings=Strings(count=2), view=view))
+    pixels = pictures.picture()[170:370, 280:680]
+    measurer.prime([pixels])
+    return measurer.measure(Frame(0, "a.png", pixels)).row
+
+
+@pytest.mark.parametrize("roi_px", [(0, 0, 800, 400), (0, 0, 99999, 99999)])
+def test_a_region_larger_than_the_picture_is_the_picture(roi_px: tuple[int, int, int, int]) -> None:
+    """Uncut, the first gave another diameter and the second ran for minutes."""
+    assert str(row_in_region(roi_px)) == str(row_in_region((0, 0, 400, 200)))
+
+
+@pytest.mark.parametrize("roi_px", [(5000, 5000, 10, 10), (393, 0, 400, 400)])
+def test_a_region_outside_the_picture_is_refused(roi_px: tuple[int, int, int, int]) -> None:
+    with pytest.raises(InputError, match=r"view\.roi_px lies outside the 400 x 200 px picture"):
+        row_in_region(roi_px)
 
 
 @pytest.mark.parametrize(("strand_px", "is_bundle"), [(6.0, False), (20.0, True), (40.0, False)])

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tsvision.errors import InputError
 from tsvision.flags import Flag, flags_from_text, flags_to_text
 from tsvision.images.frames import iter_frames
 from tsvision.images.tone_curve import gamma_of
@@ -23,6 +24,8 @@ from tsvision.measures.looks import Looks, learn_looks, pick_samples
 from tsvision.measures.scale import resolve_scale
 from tsvision.measures.sense import way_of
 from tsvision.records import Frame, FrameResult, FrameRow, Recording, Rig
+
+FEWEST_REGION_PX = 8  # on a side; a region of which less lies in the picture was meant for another
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,7 @@ class Measurer:
             gamma = gamma_of(alike)
             self.gamma_guessed = bool(np.isfinite(gamma))
             self.rig = replace(self.rig, camera=replace(self.rig.camera, gamma=gamma))
+        self.rig = _within_picture(self.rig, self.shape)
         scale = resolve_scale(self.rig, alike[0])
         looks = shown_late(alike, self.rig, scale, learn_looks(alike, self.rig, scale))
         self.bowed, self.looks = learn_bowed(alike, looks, self.rig, scale)
@@ -128,6 +132,20 @@ def measure_frames(
             cycle=float(recording.cycle[i]),
         )
         yield replace(result, row=row)
+
+
+def _within_picture(rig: Rig, shape: tuple[int, ...]) -> Rig:
+    """The rig with its region cut to the picture: what looks there takes it for pixels that are."""
+    if rig.view.roi_px is None:
+        return rig
+    x0, y0, width, height = rig.view.roi_px
+    cut = (x0, y0, min(width, shape[1] - x0), min(height, shape[0] - y0))
+    if min(cut[2:]) < FEWEST_REGION_PX:
+        raise InputError(
+            f"view.roi_px lies outside the {shape[1]} x {shape[0]} px picture; mend it "
+            "(x, y, width, height), or leave it out"
+        )
+    return replace(rig, view=replace(rig.view, roi_px=cut))
 
 
 def _wound(looks: Looks | None, ways: set[int]) -> Looks | None:
