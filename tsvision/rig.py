@@ -97,7 +97,8 @@ def _flatten(path: Path, tree: dict[str, Any]) -> dict[str, object]:
     flat: dict[str, object] = {}
     for section, content in tree.items():
         if not isinstance(content, dict):
-            _must_be_known(section, str(path))
+            if section not in SECTIONS:
+                _must_be_known(section, str(path))
             raise InputError(f"{path}: [{section}] must be a table of keys")
         if not content and section not in SECTIONS:
             _must_be_known(section, str(path))
@@ -179,6 +180,8 @@ def _check_together(values: dict[str, BaseModel], path: Path | None) -> None:
         raise InputError(f'{where}: camera.scale_from = "{camera.scale_from}" needs {key}; add it')
     if camera.points_px is not None and len(camera.points_px) != 2:
         raise InputError(f"{where}: camera.points_px must hold two points, [[x, y], [x, y]]")
+    if camera.points_px is not None and camera.points_px[0] == camera.points_px[1]:
+        raise InputError(f"{where}: camera.points_px must be two different points")
 
 
 def _build(values: dict[str, BaseModel], source: dict[str, str]) -> Rig:

@@ -32,6 +32,8 @@ separator_side = "auto"
 roi_px = [0, 0, 1280, 720]
 """
 
+LENGTH = '[camera]\nscale_from = "length"\nlength_mm = 3\n'
+
 
 def rig_of(tmp_path: Path, text: str, **overrides) -> Rig:
     path = tmp_path / "rig.toml"
@@ -99,8 +101,8 @@ def test_a_scale_given_by_hand_replaces_the_recipe(tmp_path: Path) -> None:
         ("[camera]\nhole_distance_mm = 2\n", "did you mean 'actuator.hole_distance_mm'"),
         ("count = 2\n", "did you mean 'strings.count'"),
         ("[strings.count]\nx = 2\n", "strings.count"),
-        ("[[strings]]\ncount = 2\n", "strings"),
-        ("strings = 3\n", "strings"),
+        ("[[strings]]\ncount = 2\n", "[strings] must be a table of keys"),
+        ("strings = 3\n", "[strings] must be a table of keys"),
         ("[strings]\ncount = 0\n", "strings.count = 0: should be greater than or equal to 1"),
         ("[strings]\ncount = -2\n", "strings.count = -2"),
         ("[strings]\ncount = 2.5\n", "strings.count = 2.5"),
@@ -117,6 +119,10 @@ def test_a_scale_given_by_hand_replaces_the_recipe(tmp_path: Path) -> None:
         ('[camera]\nscale_from = "charuco"\n', "needs camera.board"),
         ('[camera]\nscale_from = "hole_distance"\nmm_per_px = 1\n', "both given"),
         ("[camera]\npoints_px = [[1, 2]]\n", "two points"),
+        (
+            LENGTH + "points_px = [[9, 9], [9, 9]]\n",
+            "camera.points_px must be two different points",
+        ),
         ('[view]\nseparator_side = "up"\n', "'left', 'right'"),
         ("[view]\nroi_px = [0, 0, 0, 5]\n", "size of at least 1"),
         ("[view]\nroi_px = [0, 0, 5]\n", "such as roi_px = [0, 0, 1280, 720]"),
