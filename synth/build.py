@@ -11,6 +11,7 @@ import numpy as np
 
 from synth.presets import preset
 from synth.settings import Actuator, Settings, Strings
+from synth.validate import check_seed
 from tsvision.errors import InputError
 
 _GROUPS = ("strings", "actuator", "law", "hidden", "camera", "look", "sensor")
@@ -57,6 +58,7 @@ def make_settings(
     changes: dict[str, object] | None = None,
 ) -> Settings:
     """A preset with changes such as {"camera.view": "closeup", "hidden.slip": 0.03}."""
+    check_seed(seed)
     camera, chosen, sensor = preset(preset_name, seed, look)
     settings = Settings(
         turns=turns,

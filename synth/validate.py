@@ -25,8 +25,16 @@ def _one_of(name: str, value: object, choices: tuple[object, ...]) -> None:
         raise InputError(f"{name} = {value!r} is unknown; choose {', '.join(map(str, choices))}")
 
 
+def check_seed(seed: int) -> None:
+    """Raise InputError on a seed that no generator takes; presets draw from it before the rest can
+    be checked."""
+    if seed < 0:
+        raise InputError(f"seed = {seed}: must be 0 or more")
+
+
 def check(settings: Settings) -> None:
     """Raise InputError on the first parameter out of bounds."""
+    check_seed(settings.seed)
     strings, actuator, camera = settings.strings, settings.actuator, settings.camera
     sensor = settings.sensor
     if not settings.turns:

@@ -18,6 +18,7 @@ from synth.build import make_settings, parse_turns
 from synth.effects import string_tension_N
 from synth.recording import write_recording
 from synth.settings import Actuator, Hidden, Settings, Strings
+from synth.validate import check
 from tsvision.errors import InputError
 
 TINY: dict[str, object] = {"camera.width_px": 320, "camera.height_px": 180}
@@ -308,6 +309,7 @@ def test_nothing_half_written_is_left_behind(tmp_path: Path) -> None:
         ({"actuator.hole_diameter_mm": 0.1}, ["hole_diameter_mm", "at least"]),
         ({"strings.diameter_mm": -0.24}, ["diameter_mm", "0.01"]),
         ({"strings.count": 0}, ["strings.count", "2 to 10"]),
+        ({"seed": -1}, ["seed", "0 or more"]),
         ({"strings.count": 1}, ["strings.count", "2 to 10"]),
         ({"actuator.holes": 3}, ["actuator.holes", "2, 4, 6"]),
         ({"camera.side": "front"}, ["camera.side", "left"]),
@@ -326,6 +328,12 @@ def test_bad_parameters_name_themselves_and_their_bound(
     assert "\n" not in message
     assert all(word in message for word in words), message
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("preset", ["clean", "bench", "hard"])
+def test_no_seed_below_zero(preset: str) -> None:
+    with pytest.raises(InputError, match="seed = -1: must be 0 or more"):
+        check(make_settings((0.0,), preset, seed=-1))
 
 
 def test_turns_that_no_geometry_holds(tmp_path: Path) -> None:
