@@ -31,6 +31,7 @@ from tsvision.results.tables import (
     write_frames,
     write_knots,
 )
+from tsvision.results.unread import unread
 from tsvision.rig import find_rig, load_rig
 from tsvision.run_guard import Measure, without_losing_rows
 
@@ -198,13 +199,14 @@ def write_tables(
 
     if len(frames) != len(recording.files):
         raise RuntimeError(f"{len(recording.files)} frames gave {len(frames)} rows")
+    notes = unread(recording, frames)
     told = account(frames, knots, recording.rig)
     rows = with_scatter(told.frames)
     write_frames(folder, rows)
     write_knots(folder, told.knots)
     more: dict[str, Any] = {"onset_reasons": told.reasons, **told.extras}
     summary = make_summary(recording, rows, told.onsets, digests, more, first)
-    summary["notes"] = [*recording.notes, *told.notes]
+    summary["notes"] = [*recording.notes, *notes, *told.notes]
     write_text(folder / SUMMARY, to_json(summary))
 
 

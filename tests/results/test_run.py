@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
+import tifffile
 
 from tsvision.errors import InputError
 from tsvision.records import FrameResult, Recording
@@ -110,6 +111,34 @@ def test_a_bad_picture_keeps_its_row(film: Path, tmp_path: Path, measure) -> Non
     assert found.frames["diameter_px"].drop([4, 7]).notna().all()
     assert found.summary["frames_measured"] == 10
     assert found.summary["flags"] == {"UNREADABLE": 2}
+
+
+def spoil(film: Path, numbers: range) -> None:
+    for i in numbers:
+        pixels = np.zeros((48, 64), np.float32)
+        tifffile.imwrite(film / f"f{i}.tif", pixels)
+        (film / f"f{i}.png").unlink()
+    (film / "turns.csv").unlink()
+
+
+def test_pictures_that_cannot_be_read_are_told_with_the_reason(
+    film: Path, tmp_path: Path, measure
+) -> None:
+    spoil(film, range(3, 6))
+    found = read_measurement(measure_to_folder(film, tmp_path / "out", measure=measure))
+    assert len(found.frames) == 12
+    (note,) = [note for note in found.summary["notes"] if "cannot be read" in note]
+    assert note.startswith("3 of 12 pictures cannot be read, e.g. f3.tif: ")
+    assert "float32" in note
+
+
+def test_a_recording_of_which_nothing_can_be_read_is_bad_input(
+    film: Path, tmp_path: Path, measure
+) -> None:
+    spoil(film, range(12))
+    with pytest.raises(InputError, match=r"none of its 12 .* read, e\.g\. f0\.tif: .*float32"):
+        measure_to_folder(film, tmp_path / "out", measure=measure)
+    assert {p.name for p in tmp_path.iterdir()} == {"film"}
 
 
 def test_frames_keep_their_numbers_in_a_part(film: Path, tmp_path: Path, measure) -> None:
