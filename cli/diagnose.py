@@ -58,6 +58,7 @@ def command(
     if pictures is not None:
         _show_pictures(data, recording, pictures, frame or [])
         return
+    from tsvision.atomic import check_place, write_text
     from tsvision.diagnosis.sources import diagnose_sources
     from tsvision.jsonable import to_json
     from tsvision.records import Rig
@@ -67,17 +68,20 @@ def command(
         from tsvision.rig import load_rig
 
         known = load_rig(rig)
+    for place in (out, page):
+        if place is not None:
+            check_place(place)
     verdict = diagnose_sources(data, known, model)
     for note in verdict.notes:
         print(f"note: {note}", file=sys.stderr)
     answer = verdict.to_json()
     if out is not None:
-        out.write_text(to_json(answer), encoding="utf-8")
+        write_text(out, to_json(answer))
         print(f"verdict: {out}", file=sys.stderr)
     if page is not None:
         from tsvision.diagnosis.page import page as page_of
 
-        page.write_text(page_of(answer), encoding="utf-8")
+        write_text(page, page_of(answer))
         print(f"page: {page}", file=sys.stderr)
     if as_json:
         print(to_json(answer), end="")

@@ -34,6 +34,15 @@ def write_bytes(path: Path, data: bytes) -> None:
             raise
 
 
+def check_place(path: Path) -> None:
+    """Refuse, before the work that fills it, a file that cannot be written."""
+    with telling_what_failed(path):
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+
+
 @contextmanager
 def telling_what_failed(path: Path) -> Iterator[None]:
     """Turn the system's errors about writing into one line that says what would mend it."""
@@ -52,6 +61,7 @@ def _reason(error: OSError) -> str:
         errno.EPERM: "no permission; choose another place",
         errno.EROFS: "the disk is read-only; choose another place",
         errno.ENOENT: "its folder does not exist; create it",
+        errno.EISDIR: "it is a folder; name a file",
         errno.ENOTDIR: "part of the path is a file; choose another place",
         errno.ENAMETOOLONG: "the name is too long; choose a shorter one",
         errno.ELOOP: "links in a circle; choose another place",

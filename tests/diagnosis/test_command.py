@@ -39,6 +39,23 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write(tmp_path_factory.mktemp("data") / "data.csv", rows)
 
 
+@pytest.mark.parametrize("option", ["--out", "--page"])
+def test_a_place_that_cannot_be_written_is_refused_before_the_work(
+    option: str,
+    data: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def never(*anything: object) -> None:
+        raise AssertionError("diagnosed although the answer cannot be written")
+
+    monkeypatch.setattr("tsvision.diagnosis.sources.diagnose_sources", never)
+    for place in (tmp_path / "gone" / "a.json", tmp_path):
+        assert run(["diagnose", str(data), option, str(place)]) == 2
+        assert f"{place}: cannot be written (it" in capsys.readouterr().err
+
+
 def test_json_has_the_promised_keys(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["diagnose", str(data), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
