@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from cli.rig_options import with_rig_options
+
+if TYPE_CHECKING:
+    from tsvision.run import Request
 
 
 @with_rig_options
@@ -46,9 +49,10 @@ def command(
     from cli.progress import frame_progress
     from tsvision.jsonable import to_json
     from tsvision.results.read import read_summary
-    from tsvision.run import measure_to_folder
+    from tsvision.run import Request, measure_to_folder
 
     source: Any = recording[0] if len(recording) == 1 else recording
+    part = parse_range(frames)
     name = recording_name(recording)
     out = Path(f"{name}-measured") if out is None else out
     with frame_progress(name, quiet) as progress:
@@ -61,13 +65,13 @@ def command(
             turns_file,
             turns_per_frame,
             turns_from_name,
-            parse_range(frames),
+            part,
             progress,
             uncertainty_budget=uncertainty_budget,
         )
     summary = read_summary(out)
     if video:
-        _write_video(out, source, turns_file, parse_range(frames))
+        _write_video(out, Request(source, rig_path, overrides, turns_file, frames=part))
     if as_json:
         typer.echo(to_json(summary), nl=False)
         return
@@ -79,13 +83,12 @@ def command(
     typer.echo(f"written to {out}")
 
 
-def _write_video(
-    out: Path, source: Any, turns_file: Path | None, frames: tuple[int, int | None] | None
-) -> None:
+def _write_video(out: Path, request: Request) -> None:
+    """The overlay on the pictures as they were measured: under the same rig, lens and all."""
     from tsvision.report.video import write_overlay_video
-    from tsvision.run import Request, open_request
+    from tsvision.run import open_request
 
-    recording, _ = open_request(Request(source, turns_file=turns_file, frames=frames))
+    recording, _ = open_request(request)
     typer.echo(write_overlay_video(out, recording), err=True)
 
 

@@ -95,6 +95,7 @@ def _more(
 def _recording(folder: Path, given: Path | None, several: bool) -> Any:
     """The recording to take pictures from; None, with a word on stderr, when it is gone."""
     from tsvision.images.frames import open_recording
+    from tsvision.records import Camera, Rig
     from tsvision.report.measured import find_source, read_measured
 
     measured = read_measured(folder)
@@ -107,7 +108,9 @@ def _recording(folder: Path, given: Path | None, several: bool) -> Any:
             file=sys.stderr,
         )
         return None
-    return open_recording(source)
+    known = measured.summary.get("rig") or {}
+    rig = Rig(camera=Camera(lens=tuple(known.get("camera.lens") or ())))
+    return open_recording(source, rig)  # what is drawn was found without the lens's distortion
 
 
 def _own_verdict(folder: Path) -> dict[str, Any] | None:

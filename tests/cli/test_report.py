@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cli import report
 from cli.main import run
 from tests.report.fake_measurement import write_fake
 
@@ -26,6 +27,26 @@ def test_one_folder_finds_its_frames_beside_it(
     ]
     assert told.err == ""
     assert "data:image/jpeg" in (made.measure_dir / "report.html").read_text("utf-8")
+
+
+def test_a_folder_that_is_missing_is_no_batch(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["report", str(tmp_path / "gone")]) == 2
+    assert "no such folder; name one that `tsvision measure`" in capsys.readouterr().err
+
+
+def test_the_sheet_shows_frames_as_they_were_measured(tmp_path: Path) -> None:
+    """Without the lens's distortion: the axis was found on such pictures."""
+    made = write_fake(tmp_path, TURNS)
+    lens = [700.0, 700.0, 320.0, 180.0, -0.6, 0.0, 0.0, 0.0, 0.0]
+    summary = json.loads((made.measure_dir / "summary.json").read_text())
+    summary["rig"]["camera.lens"] = lens
+    found = report._recording(made.measure_dir, None, several=False)
+    assert found.rig.camera.lens == ()
+    (made.measure_dir / "summary.json").write_text(json.dumps(summary))
+    found = report._recording(made.measure_dir, None, several=False)
+    assert found.rig.camera.lens == tuple(lens)
 
 
 def test_frames_that_are_gone_are_said_to_be(

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from tsvision.records import Recording
+
 ROOT = str(Path(__file__).parents[2])
 BATCH_TESTS = str(Path(__file__).parents[1] / "batch")
 # stands in for the measuring of frames, so that no test waits for it
@@ -178,6 +180,22 @@ def test_two_runs_at_once_do_not_touch_each_other(film: Path, tmp_path: Path, me
         (other / "half.txt").write_text("")
         measure_to_folder(film, tmp_path / "out", measure=measure)
         assert (other / "half.txt").exists()
+
+
+def test_the_overlay_is_drawn_on_the_pictures_that_were_measured(
+    film: Path, tmp_path: Path, measure, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Under the rig of the command line: with a lens, axis and edges lie on undistorted ones."""
+    from cli.main import run
+
+    drawn: list[Recording] = []
+    monkeypatch.setattr("tsvision.run.measuring", lambda: measure)
+    monkeypatch.setattr(
+        "tsvision.report.video.write_overlay_video", lambda out, recording: drawn.append(recording)
+    )
+    lens = "--lens=70,70,32,18,-0.6,0,0,0,0"
+    assert run(["measure", str(film), "--out", str(tmp_path / "out"), "--video", lens, "-q"]) == 0
+    assert drawn[0].rig.camera.lens == (70, 70, 32, 18, -0.6, 0, 0, 0, 0)
 
 
 def test_the_command_tells_people_and_programs(
