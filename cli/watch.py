@@ -57,6 +57,10 @@ def command(
         raise InputError("--exec needs --stop-on PHASE: when shall it run?")
     if not 0.5 <= certainty <= 0.999:
         raise InputError(f"--certainty {certainty}: must lie between 0.5 and 0.999")
+    if not (source.isdecimal() or "://" in source or Path(source).exists()):
+        raise InputError(
+            f"{source}: no such folder or file; create it, or name a camera index or a URL"
+        )
     rig = _rig(source, rig_path, overrides)
     given = _turns(source, turns, turns_per_frame, turns_per_second, turns_from_name)
     arrivals = without_lens(_arrivals(source, given, idle), rig.camera.lens)

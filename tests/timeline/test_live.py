@@ -50,6 +50,13 @@ def results_of(series: Series) -> list[FrameResult]:
     return results
 
 
+def test_a_source_that_is_missing_is_what_is_wrong(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["watch", str(tmp_path / "gone")]) == 2
+    assert "gone: no such folder or file" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("step", [0.25, 1.0, 2.5])
 def test_the_live_decision_is_the_recordings_within_two_frames(step: float) -> None:
     for seed in range(4):

@@ -43,7 +43,9 @@ def query_results(folder: Path, sql: str) -> pa.Table:
 def measured_below(folder: Path) -> dict[str, Path]:
     """Folders with a measurement in them, by name: of a batch, of a folder, or the one itself."""
     if not folder.is_dir():
-        raise InputError(f"{folder}: no such folder; name the --out of a batch")
+        raise InputError(
+            f"{folder}: no such folder; name one that `tsvision measure` or `batch` wrote"
+        )
     if (folder / SUMMARY).is_file():
         return {folder.resolve().name: folder}
     shelf = folder / "recordings" if (folder / "recordings").is_dir() else folder
