@@ -46,7 +46,7 @@ def read_ending(
         float, typer.Option("--nearer-mm", help="How much nearer to the camera the bundle lies.")
     ] = 0.0,
     nearer_mm_sd: Annotated[
-        float, typer.Option("--nearer-mm-sd", help="Standard uncertainty of that depth.")
+        float, typer.Option("--nearer-mm-sd", min=0.0, help="Standard uncertainty of that depth.")
     ] = 0.0,
     distance_mm: Annotated[
         float | None, typer.Option("--distance-mm", help="Camera to the calibrated plane.")
@@ -65,9 +65,11 @@ def read_ending(
 def points(
     ends: Annotated[str, typer.Option("--points", help='Two points, "x,y x,y" in px.')],
     length_mm: Annotated[float, typer.Option("--length-mm", help="The length between them.")],
-    length_mm_sd: Annotated[float, typer.Option("--length-mm-sd", help="Its uncertainty.")] = 0.0,
+    length_mm_sd: Annotated[
+        float, typer.Option("--length-mm-sd", min=0.0, help="Its uncertainty.")
+    ] = 0.0,
     point_sd_px: Annotated[
-        float, typer.Option("--point-sd-px", help="How well each point is placed.")
+        float, typer.Option("--point-sd-px", min=0.0, help="How well each point is placed.")
     ] = 0.5,
     *,
     ending: Any,
@@ -147,7 +149,7 @@ def gauge(
     picture: Annotated[Path, typer.Argument(help="A picture with a straight cylinder in it.")],
     diameter_mm: Annotated[float, typer.Option("--diameter-mm", help="Its known diameter.")],
     diameter_mm_sd: Annotated[
-        float, typer.Option("--diameter-mm-sd", help="Its uncertainty.")
+        float, typer.Option("--diameter-mm-sd", min=0.0, help="Its uncertainty.")
     ] = 0.0,
     roi: Annotated[str | None, typer.Option("--roi-px", help="x,y,width,height around it.")] = None,
     ends: PointsOption = None,

@@ -43,8 +43,17 @@ def command(
     """Displacement (mm), slope, and with --load the motor torque; onset and limit besides."""
     from tsvision.actuator.geometry import known_values
     from tsvision.actuator.outlook import outlook
+    from tsvision.errors import InputError
     from tsvision.jsonable import to_json
 
+    given = {
+        "--axial-stiffness": axial_stiffness,
+        "--motor-rpm": motor_rpm,
+        "--motor-torque": motor_torque,
+    }
+    for option, value in given.items():
+        if value is not None and not 0 < value < math.inf:
+            raise InputError(f"{option} {value:g}: must be a finite number greater than 0")
     chosen = model_option.choose(model)
     at = options.numbers(turns, "--turns")
     geometry = model_option.completed(chosen, geometry)
