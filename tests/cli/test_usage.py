@@ -36,6 +36,28 @@ def test_what_is_missing_is_one_line(
     assert capsys.readouterr().err.count("\n") == 1
 
 
+@pytest.mark.parametrize("verb", ["compare", "life", "validate --measured", "riglog"])
+def test_a_file_that_is_missing_is_told_in_words(
+    verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run([*verb.split(), str(tmp_path / "gone.csv")]) == 2
+    told = capsys.readouterr().err
+    assert "gone.csv" in told and "no such file" in told and "Errno" not in told
+
+
+@pytest.mark.parametrize("option", ["--length-mm-sd", "--point-sd-px", "--nearer-mm-sd"])
+def test_no_uncertainty_below_zero(option: str, capsys: pytest.CaptureFixture[str]) -> None:
+    line = ["calibrate", "points", "--points", "0,0 9,0", "--length-mm", "3", "--distance-mm", "99"]
+    assert run([*line, option, "-1"]) == 2
+    assert option in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", ["--axial-stiffness", "--motor-rpm", "--motor-torque"])
+def test_no_stiffness_or_motor_below_zero(option: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["predict", "--paper", "2", "--turns", "10", "--load", "9", option, "-1"]) == 2
+    assert f"{option} -1: must be" in capsys.readouterr().err
+
+
 def test_an_exit_code_of_a_verb_comes_through(monkeypatch: pytest.MonkeyPatch) -> None:
     from tsvision.validation import cells
 

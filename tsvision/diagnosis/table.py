@@ -13,7 +13,7 @@ from pathlib import Path
 from tsvision.diagnosis.arrange import arrange
 from tsvision.diagnosis.observations import Table
 from tsvision.diagnosis.rows import check_names, long_from_wide, parse
-from tsvision.errors import InputError
+from tsvision.errors import InputError, why_unread
 from tsvision.records import Rig
 
 
@@ -31,7 +31,9 @@ def read_rows(path: Path) -> tuple[list[str], list[dict]]:
             rows = [{k.strip(): v for k, v in row.items() if k is not None} for row in reader]
             header = [name.strip() for name in reader.fieldnames or []]
     except (OSError, UnicodeDecodeError, csv.Error) as problem:
-        raise InputError(f"cannot read '{path}' as CSV ({problem}); give a UTF-8 CSV") from problem
+        raise InputError(
+            f"cannot read '{path}' as CSV ({why_unread(problem)}); give a UTF-8 CSV"
+        ) from problem
     if not rows:
         raise InputError(f"'{path}' holds no rows; give one observation a row")
     return header, rows

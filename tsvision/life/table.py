@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from tsvision.data import table
-from tsvision.errors import InputError
+from tsvision.errors import InputError, why_unread
 from tsvision.units import kgf_to_newton
 
 COLUMNS = ("load_N", "load_kgf", "turns", "cycles", "contraction_mm", "broke")
@@ -52,7 +52,9 @@ def read_tests(path: Path) -> LifeTests:
     try:
         data = pd.read_csv(path, dtype=str, encoding="utf-8-sig")
     except (OSError, ValueError) as problem:
-        raise InputError(f"cannot read '{path}' as CSV ({problem}); give a CSV file") from None
+        raise InputError(
+            f"cannot read '{path}' as CSV ({why_unread(problem)}); give a CSV file"
+        ) from None
     return tests_from_frame(data, path.name)
 
 

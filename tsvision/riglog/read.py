@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tsvision.errors import InputError
+from tsvision.errors import InputError, why_unread
 
 NAMES: dict[str, tuple[str, ...]] = {
     "time_s": ("timestamp", "time_s", "time", "t", "seconds"),
@@ -53,7 +53,7 @@ def read_log(path: Path) -> RigLog:
     try:
         text = path.read_text(encoding="utf-8-sig", errors="replace")
     except OSError as problem:
-        raise InputError(f"cannot read '{path}' ({problem.strerror}); give a CSV log") from None
+        raise InputError(f"cannot read '{path}' ({why_unread(problem)}); give a CSV log") from None
     rows = list(csv.reader(line.replace("\0", "") for line in text.splitlines()))
     if not rows:
         raise InputError(f"'{path}' is empty; give a log with time and current")

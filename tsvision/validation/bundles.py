@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from tsvision.errors import InputError
+from tsvision.errors import InputError, why_unread
 from tsvision.validation.measured import Bundles, check
 
 # What a CSV may call each value; the first is the usual name.
@@ -82,7 +82,9 @@ def _table(path: Path, string_diameter_mm: float | None, notes: list[str]) -> pd
     try:
         data = pd.read_csv(path, encoding="utf-8-sig")
     except (OSError, ValueError) as problem:
-        raise InputError(f"cannot read '{path}' as CSV ({problem}); give a CSV file") from None
+        raise InputError(
+            f"cannot read '{path}' as CSV ({why_unread(problem)}); give a CSV file"
+        ) from None
     rows = pd.DataFrame(index=data.index)
     rows["source"] = [f"{path.name} row {k}" for k in range(1, len(data) + 1)]
     for name, aliases in NAMES.items():
