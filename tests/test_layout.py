@@ -14,6 +14,7 @@ BASE = {
     "tsvision.errors",
     "tsvision.compiled",
     "tsvision.jsonable",
+    "tsvision.separators",
 }
 ALLOWED = {
     "tsvision.images": set(),

@@ -10,8 +10,9 @@ import pytest
 
 from tests.hidden import planted
 from tsvision.diagnosis.diagnose import diagnose
+from tsvision.diagnosis.rows import number
 from tsvision.diagnosis.sources import diagnose_sources
-from tsvision.diagnosis.table import read_table, table_from_rows
+from tsvision.diagnosis.table import read_rows, read_table, table_from_rows
 from tsvision.diagnosis.verdict import Verdict
 from tsvision.errors import InputError
 from tsvision.records import Actuator, Rig, Strings
@@ -175,6 +176,22 @@ def test_an_empty_or_missing_file_is_refused(tmp_path: Path) -> None:
         read_table(empty)
     with pytest.raises(InputError, match="does not exist"):
         diagnose_sources([tmp_path / "none.csv"], RIG)
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_semicolons_and_tabs_part_values_too(separator: str, tmp_path: Path) -> None:
+    rows = ["run,observable,turns,value", "a,diameter_mm,1,0.5", "a,diameter_mm,2,0.6"]
+    told = []
+    for between in (",", separator):
+        path = tmp_path / "data.csv"
+        path.write_text("\n".join(rows).replace(",", between))
+        told.append(read_rows(path))
+    assert told[0] == told[1]
+
+
+def test_a_decimal_comma_is_named() -> None:
+    with pytest.raises(InputError, match=r"line 2: '1,5' in column 'turns'.*decimal point"):
+        number("1,5", "turns", 2, "the table")
 
 
 def test_a_wide_table_is_read_as_one() -> None:

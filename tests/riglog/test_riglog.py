@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from cli.main import run
 from tsvision.errors import InputError
+from tsvision.riglog.read import read_log
 from tsvision.riglog.report import report
 
 _SPEC = importlib.util.spec_from_file_location(
@@ -91,6 +92,21 @@ def test_dirt_is_listed_and_costs_nothing(tmp_path: Path) -> None:
     assert kinds["repeated_header"].line == 201
     assert kinds["saturated"].count > 20 and "cut_short" in kinds
     assert len(found.cycles.start) == 20
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_semicolons_and_tabs_part_values_too(separator: str, tmp_path: Path) -> None:
+    lines = ["time_s,current_mA", *(f"{i / 10},{i % 7}" for i in range(30))]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(lines).replace(",", separator) + "\n")
+    assert read_log(path).current_mA.tolist() == [i % 7 for i in range(30)]
+
+
+def test_decimal_commas_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("time_s;current_mA\n" + "".join(f"0,{i:02};5\n" for i in range(30)))
+    with pytest.raises(InputError, match=r"line 2 .*'0,00'.*decimal points"):
+        read_log(path)
 
 
 def test_a_restarted_logger_is_noticed(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 
 from tsvision.errors import InputError
 from tsvision.mechanisms.shelf import OBSERVABLES
@@ -11,6 +12,7 @@ from tsvision.records import Rig
 from tsvision.units import kgf_to_newton
 
 NAN = float("nan")
+_DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d+\s*")
 CONSTANTS = (
     "strings",
     "string_diameter_mm",
@@ -77,8 +79,9 @@ def number(text: object, column: str, line: int, where: str) -> float:
     try:
         found = float(text)  # type: ignore[arg-type]
     except (TypeError, ValueError):
+        mend = "write a decimal point" if _DECIMAL_COMMA.fullmatch(str(text)) else "mend it"
         raise InputError(
-            f"{where}, line {line}: '{text}' in column '{column}' is no number; mend or empty it"
+            f"{where}, line {line}: '{text}' in column '{column}' is no number; {mend} or empty it"
         ) from None
     if math.isinf(found):
         raise InputError(f"{where}, line {line}: infinite '{column}'; mend or empty it")

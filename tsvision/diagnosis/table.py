@@ -15,6 +15,7 @@ from tsvision.diagnosis.observations import Table
 from tsvision.diagnosis.rows import check_names, long_from_wide, parse
 from tsvision.errors import InputError, why_unread
 from tsvision.records import Rig
+from tsvision.separators import separator_of
 
 
 def read_table(path: Path, rig: Rig | None = None) -> Table:
@@ -27,7 +28,9 @@ def read_rows(path: Path) -> tuple[list[str], list[dict]]:
     """Header and rows of a CSV as text, names stripped; InputError when it cannot be read."""
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
-            reader = csv.DictReader(file)
+            separator = separator_of(file.readline())
+            file.seek(0)
+            reader = csv.DictReader(file, delimiter=separator)
             rows = [{k.strip(): v for k, v in row.items() if k is not None} for row in reader]
             header = [name.strip() for name in reader.fieldnames or []]
     except (OSError, UnicodeDecodeError, csv.Error) as problem:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from tsvision.errors import InputError, why_unread
+from tsvision.separators import separator_of
 
 NAMES: dict[str, tuple[str, ...]] = {
     "time_s": ("timestamp", "time_s", "time", "t", "seconds"),
@@ -54,7 +55,8 @@ def read_log(path: Path) -> RigLog:
         text = path.read_text(encoding="utf-8-sig", errors="replace")
     except OSError as problem:
         raise InputError(f"cannot read '{path}' ({why_unread(problem)}); give a CSV log") from None
-    rows = list(csv.reader(line.replace("\0", "") for line in text.splitlines()))
+    written = [line.replace("\0", "") for line in text.splitlines()]
+    rows = list(csv.reader(written, delimiter=separator_of(written[0] if written else "")))
     if not rows:
         raise InputError(f"'{path}' is empty; give a log with time and current")
     where = _columns(rows[0], path)
@@ -62,6 +64,7 @@ def read_log(path: Path) -> RigLog:
     if len(values) < LEAST_ROWS:
         raise InputError(
             f"'{path}' holds {len(values)} readable rows; {LEAST_ROWS} are needed at least"
+            + _unreadable(rows, findings)
         )
     if text and not text.endswith("\n"):
         findings.append(Finding("cut_short", 1, len(rows), "the last line has no end: cut short?"))
@@ -74,6 +77,15 @@ def read_log(path: Path) -> RigLog:
         path.name, table[:, 0], table[:, 1], table[:, 2], table[:, 3], np.array(lines),
         tuple(findings),
     )  # fmt: skip
+
+
+def _unreadable(rows: list[list[str]], findings: list[Finding]) -> str:
+    """The first row that is no numbers, as an example of what is to be mended."""
+    for found in findings:
+        if found.kind == "unreadable_rows" and found.line <= len(rows):
+            cells = ", ".join(repr(cell[:20]) for cell in rows[found.line - 1][:6])
+            return f" (line {found.line} holds {cells}); write numbers with decimal points"
+    return ""
 
 
 def _columns(header: list[str], path: Path) -> dict[str, int]:
