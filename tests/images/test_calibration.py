@@ -136,6 +136,16 @@ def test_tilted_board_tells_its_tilt_and_the_local_scale() -> None:
     assert found.found["mm_per_px_x"] == pytest.approx(0.05 / math.cos(math.radians(25)), rel=6e-3)
 
 
+def test_a_board_tilted_about_its_diagonal_tells_its_tilt() -> None:
+    # x and y are foreshortened alike: along neither of them is the tilt seen.
+    about = 25.0 / math.sqrt(2.0)
+    view = see_board(view_of_board((about, about, 0), (0, 0, 200), MATRIX, NO_DISTORTION), BOARD)
+    assert view is not None
+    found = calibrate_charuco([view])
+    assert found.found["tilt_deg"] == pytest.approx(25, abs=1.5)
+    assert found.found["mm_per_px_x"] == pytest.approx(found.found["mm_per_px_y"], rel=6e-3)
+
+
 @pytest.mark.slow
 def test_lens_distortion_is_found_and_undone() -> None:
     matrix = np.array([[1500.0, 0, 480], [0, 1500.0, 360], [0, 0, 1]])

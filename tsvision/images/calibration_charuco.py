@@ -112,9 +112,10 @@ def calibrate_charuco(
     """Scale on the plane of the FIRST view's board at `at_px` (default: the board's middle).
 
     With three or more views that differ in tilt the lens is calibrated too, and the scale holds
-    for undistorted frames. Isotropic scale is 1/√|det J|, J the map from mm to px there; its
-    anisotropy tells the board's tilt. Uncertainty: jackknife over corners (it feels distortion
-    that the model lacks). Raises InputError without a view.
+    for undistorted frames. Isotropic scale is √|det J|, J the map from px to mm there; what J
+    stretches most by over what it stretches least by tells the board's tilt, about whichever axis.
+    Uncertainty: jackknife over corners (it feels distortion that the model lacks). Raises
+    InputError without a view.
     """
     if not views:
         raise InputError("no board was seen: at least 6 inner corners must be sharp and in view")
@@ -122,26 +123,30 @@ def calibrate_charuco(
     first = views[0]
     corners_px = _undistorted(first.corners_px, lens)
     where = np.array(at_px) if at_px is not None else corners_px.mean(0)
-    scale, along_x, along_y = _scale_at(first.corners_mm, corners_px, where)
+    jacobian = _mm_per_px_at(first.corners_mm, corners_px, where)
+    along_x, along_y = np.linalg.norm(jacobian, axis=0)
+    most, least = np.linalg.svd(jacobian, compute_uv=False)
     drops = [
-        _scale_at(np.delete(first.corners_mm, i, 0), np.delete(corners_px, i, 0), where)[0]
+        _isotropic(
+            _mm_per_px_at(np.delete(first.corners_mm, i, 0), np.delete(corners_px, i, 0), where)
+        )
         for i in range(len(corners_px))
     ]
     n = len(drops)
     jackknife = float(np.sqrt((n - 1) / n * np.sum((np.array(drops) - np.mean(drops)) ** 2)))
     residual_px = _residual_px(first.corners_mm, corners_px)
-    ratio = min(along_x, along_y) / max(along_x, along_y)
     found = {
         "corners": float(n),
         "views": float(len(views)),
         "residual_px": residual_px,
         "reprojection_rms_px": rms_px,
-        "mm_per_px_x": along_x,
-        "mm_per_px_y": along_y,
-        "tilt_deg": float(np.degrees(np.arccos(min(1.0, ratio)))),
+        "mm_per_px_x": float(along_x),
+        "mm_per_px_y": float(along_y),
+        "tilt_deg": float(np.degrees(np.arccos(least / most))),
         "distance_mm": distance_mm,
     }
     notes = () if lens else ("the lens was not calibrated: that takes 3 views, tilted differently",)
+    scale = _isotropic(jacobian)
     return Calibration(scale, {"corners": jackknife}, "charuco", lens, found, notes)
 
 
@@ -199,15 +204,16 @@ def _plane(corners_mm: np.ndarray, corners_px: np.ndarray) -> np.ndarray:
     return plane
 
 
-def _scale_at(
-    corners_mm: np.ndarray, corners_px: np.ndarray, at_px: np.ndarray
-) -> tuple[float, float, float]:
-    """mm per px at a place in the picture: isotropic, along x, along y."""
+def _mm_per_px_at(corners_mm: np.ndarray, corners_px: np.ndarray, at_px: np.ndarray) -> np.ndarray:
+    """(2, 2) mm on the board per px along x and y (columns), at a place in the picture."""
     back = np.linalg.inv(_plane(corners_mm, corners_px))  # px to mm
     u, v, w = back @ np.array([at_px[0], at_px[1], 1.0])
-    jacobian = (back[:2, :2] * w - np.outer([u, v], back[2, :2])) / (w * w)
-    along_x, along_y = np.linalg.norm(jacobian, axis=0)
-    return float(np.sqrt(abs(np.linalg.det(jacobian)))), float(along_x), float(along_y)
+    return (back[:2, :2] * w - np.outer([u, v], back[2, :2])) / (w * w)
+
+
+def _isotropic(mm_per_px: np.ndarray) -> float:
+    """The scale of a square as large as what a pixel covers."""
+    return float(np.sqrt(abs(np.linalg.det(mm_per_px))))
 
 
 def _residual_px(corners_mm: np.ndarray, corners_px: np.ndarray) -> float:
