@@ -183,3 +183,11 @@ def test_a_limb_darker_than_its_ground_is_seen(strings: int, diameter_px: float)
     row = measure(draw(case, 1.0, aside), strings)
     assert row.diameter_px == pytest.approx(diameter_px, abs=min(2.0 * row.diameter_px_sd, 1.0))
     assert Flag.LIMB_UNSEEN not in flags_from_text(row.flags)
+
+
+def test_both_angles_are_as_sure_as_what_their_tangents_are_made_of() -> None:
+    row = measure(picture(beta_deg=50.0))
+    beta, lay = row.helix_angle_rad, row.lay_angle_rad
+    assert lay < beta - 0.2
+    of_beta = row.helix_angle_rad_sd / np.sin(2.0 * beta)
+    assert row.lay_angle_rad_sd / np.sin(2.0 * lay) == pytest.approx(of_beta, rel=1e-6)

@@ -270,7 +270,7 @@ def _bundle_values(
             "helix_angle_rad": beta,
             "helix_angle_rad_sd": beta_sd,
             "lay_angle_rad": lay,
-            "lay_angle_rad_sd": beta_sd * outer,
+            "lay_angle_rad_sd": angle_sd(d * outer, d_sd * outer, pitch, p_sd),
             "coil_pitch_mm": float(2 * np.pi / fit.p[KC]) * scale if fit.coiled else NAN,
         }
     else:

@@ -33,16 +33,15 @@ def with_scatter(frames: pd.DataFrame) -> pd.DataFrame:
     fitted = np.isfinite(p) & np.isfinite(d)
     d_share = _share(d, fitted, coiled, order)
     p_share = _share(1.0 / p, fitted, coiled, order)
-    beta = numbers(frames, "helix_angle_rad")  # tan beta = pi D / p, so that its share is
-    b_share = np.abs(np.cos(beta) * np.sinc(beta / np.pi)) * np.hypot(d_share, p_share)
+    tan_share = np.hypot(d_share, p_share)  # of both angles: tan beta = pi D / p
     shares = {
         "diameter_px": d_share,
         "diameter_mm": d_share,
         "midspan_diameter_mm": d_share,
         "pitch_px": p_share,
         "pitch_mm": p_share,
-        "helix_angle_rad": b_share,
-        "lay_angle_rad": b_share,
+        "helix_angle_rad": _angle_share(numbers(frames, "helix_angle_rad"), tan_share),
+        "lay_angle_rad": _angle_share(numbers(frames, "lay_angle_rad"), tan_share),
     }
     for name in ("turns_seen", "string_length_mm"):
         value = numbers(frames, name)
@@ -53,6 +52,12 @@ def with_scatter(frames: pd.DataFrame) -> pd.DataFrame:
         if name in frames and f"{name}_sd" in frames
     }
     return frames.assign(**wider)
+
+
+def _angle_share(angle: np.ndarray, tan_share: np.ndarray) -> np.ndarray:
+    """(n,) share of angles by the share of their tangents: a steep angle moves less with its
+    tangent than a flat one, so that beta and the lay angle each have their own."""
+    return np.asarray(np.abs(np.cos(angle) * np.sinc(angle / np.pi)) * tan_share)
 
 
 def _share(value: np.ndarray, known: np.ndarray, coiled: np.ndarray, order: Order) -> np.ndarray:
