@@ -13,9 +13,11 @@ import pytest
 from tests.bench.pictures48_draw import cases, draw
 from tests.measures.cord import BLUE, RED, TABLE, bow, draw_cord
 from tsvision.flags import Flag, flags_from_text
+from tsvision.images.signal import LUMA
 from tsvision.images.strip import straight_axis
+from tsvision.measures.cords import rope
 from tsvision.measures.cords.bowed import _agrees, _knots, learn_bowed
-from tsvision.measures.cords.rope import Rope
+from tsvision.measures.cords.rope import Rope, measure_rope
 from tsvision.measures.looks import learn_looks
 from tsvision.measures.recording import Measurer
 from tsvision.records import Camera, Frame, FrameResult, FrameRow, Rig, Scale, Strings, View
@@ -58,6 +60,27 @@ def test_the_mirrored_picture_shows_the_other_sense() -> None:
     assert measured(three_ply("S")).row.handedness == "S"
     assert measured(np.ascontiguousarray(three_ply("Z")[:, ::-1])).row.handedness == "S"
     assert measured(np.ascontiguousarray(np.rot90(three_ply("Z")))).row.handedness == "Z"
+
+
+@pytest.mark.parametrize("coloured", [False, True])
+def test_a_rope_whose_edges_are_seen_here_and_there_is_none(
+    coloured: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every twelfth column shows an edge: enough of them, but in no window a third."""
+    pixels = np.full((120, 1500), 60, np.uint8)
+    pixels[50:70] = 180
+    pixels = np.dstack([pixels] * 3) if coloured else pixels
+    axis = straight_axis((0.0, 59.5), (1499.0, 59.5))
+    curve: Any = SimpleNamespace(axis=axis, start_px=0.0, end_px=1499.0, width_px=20.0, ground=None)
+    sight: Any = SimpleNamespace(gamma=1.0, signal=LUMA)
+
+    def scattered(contrast: np.ndarray, *_: object) -> tuple[np.ndarray, np.ndarray]:
+        columns = contrast.shape[1]
+        return np.full(columns, 10.0), (np.arange(columns) % 12 == 0).astype(float)
+
+    assert measure_rope(pixels, curve, sight) is not None
+    monkeypatch.setattr(rope, "_edge", scattered)
+    assert measure_rope(pixels, curve, sight) is None
 
 
 def test_hairs_are_not_the_edge() -> None:
@@ -117,7 +140,7 @@ def test_a_helix_of_a_guessed_n_has_to_know_d_as_well_as_the_rope(
     as four strands of a guessed section, 105 +- 25 px, and no sense told, the others by their
     outline, 96.5 +- 5.5."""
     s, nothing = np.arange(9.0), np.full(9, np.nan)
-    rope = Rope(s, nothing, nothing, nothing, nothing, 96.5, 5.5, None, np.nan, 0.0, (0.0, 8.0))
+    shown = Rope(s, nothing, nothing, nothing, nothing, 96.5, 5.5, None, np.nan, 0.0, (0.0, 8.0))
     row = FrameRow(
         frame=0,
         file="a.png",
@@ -126,7 +149,7 @@ def test_a_helix_of_a_guessed_n_has_to_know_d_as_well_as_the_rope(
         fit_rms_px=1.0,
         strand_repeat_px=50.0,
     )
-    assert _agrees(row, rope, count_known) is agrees
+    assert _agrees(row, shown, count_known) is agrees
 
 
 def test_the_profile_holds_the_curve_in_the_picture() -> None:

@@ -76,6 +76,8 @@ def measure_rope(
     window = max(int(WINDOW_DIAMETERS * size), 5)
     sides = [_without_tufts(d, good, size) for d in (upper - centre, centre - lower)]
     envelope = _envelope(sides[0], sides[1], good, window, PERCENTILE)
+    if not np.isfinite(envelope).any():
+        return None  # edges here and there, but nowhere enough of them side by side
     diameter = float(np.nanmedian(envelope))
     sd = _diameter_sd(sides[0], sides[1], good, window, envelope, diameter, coloured)
     inside = np.flatnonzero(good)
