@@ -18,6 +18,10 @@ from tsvision.rig import load_rig
 TOLD = Rig(strings=Strings(count=2, diameter_mm=0.24), camera=Camera(mm_per_px=0.03))
 
 
+def noise_like(pixels: np.ndarray) -> np.ndarray:
+    return np.random.default_rng(0).integers(80, 120, pixels.shape).astype(np.uint8)
+
+
 @pytest.mark.parametrize("rig", [Rig(), TOLD])
 @pytest.mark.parametrize("shape", [(1, 640), (640, 1), (1, 1), (7, 7), (16, 16), (60, 40)])
 @pytest.mark.parametrize("count", [1, 5])
@@ -33,6 +37,27 @@ def test_tiny_and_empty_pictures(shape: tuple[int, int], count: int, rig: Rig) -
             measurer.measure(Frame(0, "picture.png", pixels), 3.0)
             if min(shape) < 24:
                 assert measurer.looks is None and measurer.bowed is None
+
+
+@pytest.mark.parametrize("first", ["blank", "noise"])
+def test_first_frames_without_a_bundle_do_not_blind_a_live_measurer(first: str) -> None:
+    """A lamp that is not lit yet, a hand before the lens: the frames after them are measured."""
+    pixels = pictures.picture()
+    before = noise_like(pixels) if first == "noise" else np.full_like(pixels, 90)
+    measurer = Measurer(Rig(strings=Strings(count=2), view=View(separator_side="none")))
+    nothing = flags_from_text(measurer.measure(Frame(0, "a.png", before)).row.flags)
+    assert nothing & (Flag.BLANK | Flag.NO_BUNDLE)
+    row = measurer.measure(Frame(1, "b.png", pixels)).row
+    assert row.diameter_px == pytest.approx(pictures.CASE.diameter_px, abs=0.4)
+
+
+def test_what_a_film_does_not_teach_is_not_sought_frame_by_frame() -> None:
+    """Chunks of a recording are measured by what all of it shows."""
+    pixels = pictures.picture()
+    measurer = Measurer(Rig(strings=Strings(count=2), view=View(separator_side="none")))
+    measurer.prime([noise_like(pixels)])
+    measurer.measure(Frame(0, "a.png", pixels))
+    assert measurer.looks is None
 
 
 @pytest.fixture(scope="module")

@@ -26,6 +26,7 @@ from tsvision.measures.sense import way_of
 from tsvision.records import Frame, FrameResult, FrameRow, Recording, Rig
 
 FEWEST_REGION_PX = 8  # on a side; a region of which less lies in the picture was meant for another
+FIRST_TRIES = 4  # frames that an untaught measurer tries to learn from: learning takes seconds
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,8 @@ class Settings:
 class Measurer:
     """Measures frames one at a time once its looks are known.
 
-    `prime(pictures)` learns the looks; `measure` primes itself with the first frame it gets when
-    that has not been done (a live camera).
+    `prime(pictures)` learns the looks; where that has not been done (a live camera) `measure`
+    learns from the first frames that it gets until one of them shows a bundle.
     """
 
     def __init__(self, rig: Rig, settings: Settings = Settings()) -> None:
@@ -49,13 +50,16 @@ class Measurer:
         self.bowed: Bowed | None = None
         self.shape: tuple[int, ...] | None = None
         self.gamma_guessed = False
+        self.tries_left = FIRST_TRIES
         self.warm = Warm()
 
     def prime(self, pictures: list[np.ndarray], turns: Iterable[float] = ()) -> None:
         """Learn from pictures of one size, the most twisted last; the looks stay None when none
-        shows a bundle. turns: all that these were chosen from."""
+        shows a bundle. turns: all that these were chosen from. Nothing is learnt of blank ones."""
+        pictures = [p for p in pictures if not _is_blank(p)]
         if not pictures:
             return
+        self.tries_left = 0
         self.shape = pictures[0].shape[:2]
         alike = [p for p in pictures if p.shape == pictures[0].shape]
         if np.isnan(self.rig.camera.gamma):
@@ -88,12 +92,14 @@ class Measurer:
         """One frame; never raises on what the picture shows."""
         if frame.pixels is None:
             return _empty(frame, turns, Flag.UNREADABLE)
-        if self.looks is None and self.shape is None:
-            self.prime([frame.pixels])
         if self.shape is not None and frame.pixels.shape[:2] != self.shape:
             return _empty(frame, turns, Flag.WRONG_SIZE)
         if _is_blank(frame.pixels):
             return _empty(frame, turns, Flag.BLANK)
+        if self.looks is None and self.bowed is None and self.tries_left:
+            left = self.tries_left - 1
+            self.prime([frame.pixels])
+            self.tries_left = left
         if self.bowed is not None and abs(turns) < LEGS_TURNS:
             return _empty(frame, turns, Flag.TOO_FEW_TURNS)
         if self.bowed is not None:
