@@ -101,6 +101,13 @@ def test_a_single_lobe_is_no_knot_but_is_told() -> None:
     assert lobe.length_mm < D * MM_PER_PX and lobe.confidence == LOBE
 
 
+def test_where_no_edge_is_seen_no_knot_is_ruled_out() -> None:
+    nothing = np.zeros(LENGTH)
+    row = seen(Edges(drawn([]).s_px, nothing, nothing, nothing, nothing), looks()).row
+    assert np.isnan(row.baseline_envelope_px) and np.isnan(row.knot_count)
+    assert seen(drawn([]), looks()).row.knot_count == 0.0
+
+
 @pytest.mark.parametrize("end", ["separator", "connector"])
 def test_legs_that_part_and_what_the_connector_grips_are_no_knots(end: str) -> None:
     """Edges that spread over the last D of what is seen; a knot that begins there is one."""

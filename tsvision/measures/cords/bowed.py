@@ -165,7 +165,9 @@ def _rope_result(frame: Frame, bowed: Bowed, turns: float, rope: Rope) -> FrameR
     if not np.isfinite(row.pitch_px):
         flags |= Flag.NO_PITCH
     knots = _knots(bowed, rope)
-    row = replace(row, knot_count=float(len(knots)), flags=flags_to_text(flags))
+    sought = np.isfinite(row.baseline_envelope_px)  # else nowhere is there enough to look at
+    count = float(len(knots)) if sought else NAN
+    row = replace(row, knot_count=count, flags=flags_to_text(flags))
     return FrameResult(row, _profile(bowed, rope), tuple(knots))
 
 

@@ -83,7 +83,7 @@ def add_outline(
         baseline_envelope_mm=base * mm,
         max_envelope_px=top,
         max_envelope_mm=top * mm,
-        knot_count=float(len(found)),
+        knot_count=float(len(found)) if np.isfinite(base) else NAN,
     )
     knots = tuple(_told(knot, looks) for knot in found)
     lobes = tuple(_told(lobe, looks) for lobe in lone)
