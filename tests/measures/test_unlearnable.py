@@ -111,6 +111,18 @@ def test_a_region_outside_the_picture_is_refused(roi_px: tuple[int, int, int, in
         row_in_region(roi_px)
 
 
+def test_a_frame_without_a_bundle_says_what_else_is_not_known() -> None:
+    pixels = pictures.picture()
+    measurer = Measurer(Rig(strings=Strings(count=2), view=View(separator_side="none")))
+    measurer.prime([pixels])
+    assert measurer.looks is not None
+    few = flags_from_text(measurer.measure(Frame(0, "a.png", pixels), 0.1).row.flags)
+    whole = flags_from_text(measurer.measure(Frame(1, "b.png", pixels), 20.0).row.flags)
+    of_recording = Flag.NO_SEPARATOR | Flag.NO_CONNECTOR | Flag.NO_SCALE
+    assert Flag.TOO_FEW_TURNS in few
+    assert few & of_recording == whole & of_recording == of_recording
+
+
 @pytest.mark.parametrize(("strand_px", "is_bundle"), [(6.0, False), (20.0, True), (40.0, False)])
 def test_what_the_stated_strands_cannot_make_is_no_bundle(
     strand_px: float, is_bundle: bool

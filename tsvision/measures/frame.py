@@ -69,18 +69,19 @@ class Warm:
 
 def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple[FrameResult, Warm]:
     """Measure one decoded picture of the size that `looks` were learnt on."""
-    flags = Flag(0)
+    flags = _not_known(looks, turns)
     row = _known(frame, looks, turns)
     assert frame.pixels is not None
     if abs(turns) < LEGS_TURNS:
-        return _failed(row, Flag.TOO_FEW_TURNS), warm
+        return _failed(row, flags | Flag.TOO_FEW_TURNS), warm
     strand_px = looks.diameter_px / looks.section.diameter_d
     cut = cut_frame(frame.pixels, looks.sight, strand_px, looks.half_px)
     # Before the legs have met in view there is nothing on the axis but ground.
     if cut is None or cut.silhouette.bundle.sum() < 1.5 * looks.diameter_px:
         few = np.isfinite(turns) and abs(turns) < 3
         sense = UNKNOWN if cut is None else sense_by_others(looks, turns, warm.ridges)
-        return _failed(row, Flag.TOO_FEW_TURNS if few else Flag.NO_BUNDLE, sense), warm
+        lacking = Flag.TOO_FEW_TURNS if few else Flag.NO_BUNDLE
+        return _failed(row, flags | lacking, sense), warm
     # Of a picture that is decoded as luma alone no channel shows that it was full.
     luma_alone = frame.pixels.ndim == 2
     if max(cut.saturated, looks.saturated if luma_alone else 0.0) > BURNT_OUT:
@@ -103,7 +104,7 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         smooth = not aslant and is_smooth(edges, near)
         if aslant or (smooth and is_leg(edges, near, looks.possible_px[0])):
             sense = sense_by_others(looks, turns, warm.ridges)
-            return _failed(row, Flag.NO_BUNDLE, sense), warm
+            return _failed(row, flags | Flag.NO_BUNDLE, sense), warm
     if smooth:
         near, mid, flags = None, None, flags | Flag.TOO_FEW_TURNS
     best = best_known(warm.best, near, mid)
@@ -140,7 +141,7 @@ def measure_frame(frame: Frame, looks: Looks, turns: float, warm: Warm) -> tuple
         row,
         handedness=sense.handedness,
         handedness_confidence=sense.confidence,
-        flags=flags_to_text(flags | _not_known(looks, turns)),
+        flags=flags_to_text(flags),
     )
     result = FrameResult(row, outlined.profile, outlined.knots, outlined.lobes)
     return result, Warm(*after, best, ridges)
@@ -197,13 +198,13 @@ def _gap_mm(looks: Looks) -> tuple[float, float]:
     return gap_mm, gap_mm * float(relative)
 
 
-def _failed(row: FrameRow, flag: Flag, sense: Sense = UNKNOWN) -> FrameResult:
+def _failed(row: FrameRow, flags: Flag, sense: Sense = UNKNOWN) -> FrameResult:
     return FrameResult(
         replace(
             row,
             handedness=sense.handedness,
             handedness_confidence=sense.confidence,
-            flags=flags_to_text(flag),
+            flags=flags_to_text(flags),
         )
     )
 

@@ -83,6 +83,17 @@ def test_a_rope_whose_edges_are_seen_here_and_there_is_none(
     assert measure_rope(pixels, curve, sight) is None
 
 
+def test_a_picture_without_the_cord_says_what_else_is_not_known() -> None:
+    measurer = Measurer(Rig())
+    measurer.prime([three_ply("Z")])
+    noise = np.random.default_rng(3).integers(18, 26, three_ply("Z").shape).astype(np.uint8)
+    row = measurer.measure(Frame(0, "a.png", noise)).row
+    flags = flags_from_text(row.flags)
+    assert Flag.NO_BUNDLE in flags and np.isnan(row.diameter_px)
+    lacking = Flag.NO_SCALE | Flag.NO_TURNS | Flag.NO_SEPARATOR | Flag.CURVED_AXIS
+    assert flags & lacking == lacking and np.isfinite(row.axis_x0_px)
+
+
 def test_hairs_are_not_the_edge() -> None:
     clean, hairy = measured(three_ply("Z")).row, measured(three_ply("Z", 150)).row
     assert Flag.FIBRES in flags_from_text(hairy.flags)

@@ -11,6 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from tests.measures.lit import lit
 from tests.srgb import encode
+from tsvision.flags import Flag, flags_from_text
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.helix.bundle import BundleFit, fit_window
 from tsvision.measures.helix.section import pair_core
@@ -70,7 +71,7 @@ def test_a_picture_of_such_a_leg_tells_no_width() -> None:
     assert measurer.looks is not None
     row = measurer.measure(Frame(0, "", pictures[0]), 3.0).row
     assert np.isnan(row.diameter_px) and np.isnan(row.pitch_px)
-    assert row.flags == "NO_BUNDLE"
+    assert Flag.NO_BUNDLE in flags_from_text(row.flags)
 
 
 def in_light(strings: int, rate: float) -> Edges:

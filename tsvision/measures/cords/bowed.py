@@ -120,8 +120,8 @@ def measure_bowed(frame: Frame, bowed: Bowed, turns: float, warm: Warm) -> tuple
     assert frame.pixels is not None
     rope = measure_rope(frame.pixels, bowed.curve, bowed.sight, bowed.count)
     if rope is None:
-        row = FrameRow(frame=frame.index, file=frame.file, turns=turns)
-        return FrameResult(replace(row, flags=flags_to_text(Flag.NO_BUNDLE))), warm
+        flags = Flag.NO_BUNDLE | _not_known(bowed, turns)
+        return FrameResult(replace(_known(frame, bowed, turns), flags=flags_to_text(flags))), warm
     if bowed.looks is not None:
         result, warm = measure_frame(frame, bowed.looks, turns, warm)
         if _agrees(result.row, rope, bowed.count is not None):
@@ -132,6 +132,16 @@ def measure_bowed(frame: Frame, bowed: Bowed, turns: float, warm: Warm) -> tuple
 
 def _curved(bowed: Bowed) -> Flag:
     return Flag.CURVED_AXIS if bowed.curve.bowed else Flag(0)
+
+
+def _not_known(bowed: Bowed, turns: float) -> Flag:
+    """What a rope lacks in every picture, and this frame's turns."""
+    flags = _curved(bowed) | Flag.NO_SEPARATOR
+    if not np.isfinite(bowed.scale.mm_per_px):
+        flags |= Flag.NO_SCALE
+    if not np.isfinite(turns):
+        flags |= Flag.NO_TURNS
+    return flags
 
 
 def _agrees(row: FrameRow, rope: Rope, count_known: bool) -> bool:
@@ -150,14 +160,9 @@ def _agrees(row: FrameRow, rope: Rope, count_known: bool) -> bool:
 
 
 def _rope_result(frame: Frame, bowed: Bowed, turns: float, rope: Rope) -> FrameResult:
-    mm = bowed.scale.mm_per_px
-    flags = _curved(bowed) | Flag.ENVELOPE_ONLY | Flag.NO_SEPARATOR
+    flags = Flag.ENVELOPE_ONLY | _not_known(bowed, turns)
     if rope.fuzzy > FUZZY:
         flags |= Flag.FIBRES
-    if not np.isfinite(mm):
-        flags |= Flag.NO_SCALE
-    if not np.isfinite(turns):
-        flags |= Flag.NO_TURNS
     row = _lengths(_known(frame, bowed, turns), bowed, rope)
     row = _stripes(row, bowed, rope)
     if not row.handedness:
