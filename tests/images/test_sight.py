@@ -12,8 +12,15 @@ import cv2
 import numpy as np
 import pytest
 
-from tsvision.images.axis import find_channels, unshaded
-from tsvision.images.candidates import Trial, are_legs, could_cast, settle, swallows
+from tsvision.images.axis import Ridge, find_channels, unshaded
+from tsvision.images.candidates import (
+    Trial,
+    are_legs,
+    could_cast,
+    line_of_ridge,
+    settle,
+    swallows,
+)
 from tsvision.images.curve import find_curve
 from tsvision.images.linear import to_linear
 from tsvision.images.motion import motion_picture, moving_share
@@ -512,3 +519,13 @@ def test_legs_behind_a_plate_lie_before_the_bundle() -> None:
 
     near, far = leg_spread([mask(a) for a in (499, 499, 499, 499, 260, 220, 200, 180)], 60, 20.0)
     assert near > 10.0 * far
+
+
+@pytest.mark.parametrize("degrees", [-59.0, -30.0, 0.0, 30.0, 59.0, 61.0, 80.0, 90.0, 100.0, 119.0])
+def test_a_line_runs_left_to_right_and_a_steep_one_downwards(degrees: float) -> None:
+    """Whichever way its ridge was told, as the angle or its opposite."""
+    for turned in (0.0, 180.0):
+        ridge = Ridge((50.0, 50.0), np.deg2rad(degrees + turned), 5.0, 1, 0, 1.0)
+        (x0, y0), (x1, y1) = line_of_ridge(ridge, (101, 101), None).points_px
+        steep = 60.0 < degrees < 120.0
+        assert (y1 > y0 + 50.0) if steep else (x1 > x0 + 50.0)

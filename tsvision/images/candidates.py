@@ -166,7 +166,8 @@ def line_of_ridge(ridge: Ridge, shape: tuple[int, int], roi) -> Axis:
     """The ridge's line across the picture (or the region), from left to right or top to bottom."""
     x0, y0, w, h = roi if roi else (0, 0, shape[1], shape[0])
     u = np.array([np.cos(ridge.angle_rad), np.sin(ridge.angle_rad)])
-    if u[0] < -1e-9 or (abs(u[0]) <= 0.5 and u[1] < 0):
+    along_x = abs(u[0]) > 0.5
+    if (u[0] if along_x else u[1]) < 0:
         u = -u
     return _clip_line(np.array(ridge.centre_px), u, (x0, y0, x0 + w - 1, y0 + h - 1))
 
