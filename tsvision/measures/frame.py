@@ -28,6 +28,7 @@ from tsvision.measures.helix.untwisted import is_leg, is_smooth
 from tsvision.measures.helix.weigh import unsure
 from tsvision.measures.light.blur import shading_of
 from tsvision.measures.looks import Looks
+from tsvision.measures.scale import HOLES
 from tsvision.measures.sense import NO_RIDGES, UNKNOWN, Ridges, Sense, sense_by_others, sense_of
 from tsvision.measures.zone.along import scale_along, scale_is_local
 from tsvision.measures.zone.budgets import add_budgets, connector_px
@@ -189,9 +190,10 @@ def _not_known(looks: Looks, turns: float) -> Flag:
 
 
 def _gap_mm(looks: Looks) -> tuple[float, float]:
-    """S as the legs of the recording tell it, with its uncertainty and the scale's; mm."""
+    """S as the legs of the recording tell it, with its uncertainty and the scale's; mm. Where the
+    scale is S as stated over the same legs they tell nothing of it."""
     scale = looks.scale
-    if looks.gap is None or not np.isfinite(scale.mm_per_px):
+    if looks.gap is None or not np.isfinite(scale.mm_per_px) or scale.source == HOLES:
         return NAN, NAN
     gap_mm = 2.0 * looks.gap.half_px * scale.mm_per_px
     relative = np.hypot(looks.gap.sd_px / looks.gap.half_px, scale.mm_per_px_sd / scale.mm_per_px)

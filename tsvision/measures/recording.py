@@ -18,10 +18,11 @@ from tsvision.images.frames import iter_frames
 from tsvision.images.tone_curve import gamma_of
 from tsvision.measures.alone import explained
 from tsvision.measures.cords.bowed import Bowed, learn_bowed, measure_bowed
+from tsvision.measures.ends.start import needs_holes
 from tsvision.measures.frame import LEGS_TURNS, Warm, measure_frame
 from tsvision.measures.late import by_twist, shown_late
 from tsvision.measures.looks import Looks, learn_looks, pick_samples
-from tsvision.measures.scale import resolve_scale
+from tsvision.measures.scale import resolve_scale, scale_between_holes
 from tsvision.measures.sense import way_of
 from tsvision.records import Frame, FrameResult, FrameRow, Recording, Rig
 
@@ -68,6 +69,9 @@ class Measurer:
             self.rig = replace(self.rig, camera=replace(self.rig.camera, gamma=gamma))
         self.rig = _within_picture(self.rig, self.shape)
         scale = resolve_scale(self.rig, alike[0])
+        if needs_holes(self.rig):
+            unscaled = learn_looks(alike, self.rig, scale)
+            scale = scale_between_holes(self.rig, unscaled.gap if unscaled is not None else None)
         looks = shown_late(alike, self.rig, scale, learn_looks(alike, self.rig, scale))
         self.bowed, self.looks = learn_bowed(alike, looks, self.rig, scale)
         alone = len(alike) == 1 and self.rig.strings.count is not None

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from tsvision.errors import InputError
+from tsvision.measures.ends.gap import Gap
+from tsvision.measures.ends.legs import HOLE_SD_MM
 from tsvision.records import Rig, Scale
 
 UNSTATED_SCALE_SD = 0.003  # relative: what perspective alone changes along a macro view
@@ -14,8 +16,9 @@ def resolve_scale(rig: Rig, picture: np.ndarray) -> Scale:
     """The scale from the rig; unknown (NaN) when it tells none. Never a default.
 
     `mm_per_px` wins. `scale_from = "length"` with two `points_px` divides `length_mm` by their
-    distance; scales from the hole distance or from a curve's length are set once the geometry is
-    found. Raises InputError for a recipe that lacks its parts.
+    distance; scales from the holes' distance (`scale_between_holes`) or from a curve's length
+    (`scale_along`) are set once the geometry is found. Raises InputError for a recipe that lacks
+    its parts.
     """
     camera = rig.camera
     if np.isfinite(camera.mm_per_px):
@@ -56,3 +59,21 @@ def scale_along(rig: Rig, length_px: float, width_px: float) -> Scale:
     scale = rig.camera.length_mm / length_px
     ends = np.sqrt(2.0) * ENDS_WIDTHS * width_px / length_px
     return Scale(scale, scale * float(np.hypot(ends, OUT_OF_PLANE)), "length along the cord")
+
+
+HOLES = "hole distance"  # the source of scales that S told: S itself is then no measurement
+AT_THE_SEPARATOR = 0.01  # relative: how much perspective changes the scale from there to mid zone
+
+
+def scale_between_holes(rig: Rig, gap: Gap | None) -> Scale:
+    """The scale from S over the strings' distance at the holes' exits; unknown without legs.
+
+    Its uncertainty holds the lines through the legs, how far strings lie off the middles of their
+    holes, and that the separator is nearer to the camera, or farther off, than the zone's middle.
+    """
+    if gap is None:
+        return Scale()
+    scale = 0.5 * rig.actuator.hole_distance_mm / gap.half_px
+    off = 2.0 * HOLE_SD_MM / rig.actuator.hole_distance_mm
+    relative = np.linalg.norm([gap.sd_px / gap.half_px, off, AT_THE_SEPARATOR])
+    return Scale(scale, scale * float(relative), HOLES)

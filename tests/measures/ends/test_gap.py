@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from synth.build import make_settings
 from synth.recording import write_recording
+from tsvision.flags import Flag, flags_from_text
 from tsvision.images.frames import open_recording
 from tsvision.measures.ends.gap import Gap
 from tsvision.measures.looks import learn_looks
-from tsvision.measures.recording import sample_pictures
+from tsvision.measures.recording import measure_frames, sample_pictures
 from tsvision.measures.scale import resolve_scale
+from tsvision.records import Camera
 from tsvision.rig import load_rig
 
 TURNS = (0.0, 4.0, 8.0, 12.0, 16.0)
@@ -64,3 +68,28 @@ def test_legs_that_all_meet_at_one_place_do_not_tell(tmp_path: Path) -> None:
     assert looks is not None
     seen = looks.gap
     assert seen is None or not np.isfinite(seen.sd_px) or seen.sd_px > 0.05 * seen.half_px
+
+
+@pytest.mark.parametrize("legs_in_view", [True, False])
+def test_the_holes_distance_gives_the_scale(tmp_path: Path, legs_in_view: bool) -> None:
+    """S over the px that the legs leave between the holes; where these are not in view a mm is
+    not invented."""
+    changes: dict[str, object] = {"camera.width_px": 640, "camera.height_px": 360}
+    settings = make_settings(TURNS, "clean", seed=5, changes=changes)
+    film = write_recording(tmp_path / "film", settings)
+    rig = load_rig(film / "rig.toml", {})
+    mm_per_px = rig.camera.mm_per_px
+    view = rig.view if legs_in_view else replace(rig.view, roi_px=(250, 60, 350, 240))
+    rig = replace(rig, view=view, camera=Camera(scale_from="hole_distance"))
+    rows = [each.row for each in measure_frames(open_recording(film, rig))]
+    row = rows[3]
+    assert (Flag.NO_SCALE in flags_from_text(row.flags)) != legs_in_view
+    if not legs_in_view:
+        assert np.isnan(row.mm_per_px) and np.isnan(row.diameter_mm)
+        return
+    assert row.mm_per_px == pytest.approx(mm_per_px, rel=2.0 * WITHIN_MM / STATED_MM)
+    assert 0.02 < row.mm_per_px_sd / row.mm_per_px < 0.05  # a string lies 0.08 mm off its hole's
+    truth = pd.read_parquet(film / "truth.parquet").iloc[3]
+    assert abs(row.diameter_mm - truth["diameter_mm"]) < 1.96 * row.diameter_mm_sd
+    assert row.diameter_mm_sd > 0.9 * row.diameter_mm * row.mm_per_px_sd / row.mm_per_px
+    assert np.isnan(row.hole_distance_mm)  # as stated by construction

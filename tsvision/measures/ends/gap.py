@@ -2,7 +2,8 @@
 
 A leg tells a line; legs that meet at different places tell where the lines come from. The face in
 `legs` leans on the rig's S, so that one picture is enough. Here S itself is asked for, without its
-stated value but as a place to start from: the stated one may be what is wrong.
+stated value but as a place to start from: the stated one may be what is wrong. Where no scale says
+how many px S has, every place is started from: lines that are found do not depend on where.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ ODD = 3.0  # times the median picture's rms: no legs, or not yet straight
 MIDDLE_SD_PX = 0.2  # by which the middle of a leg that is lit from one side is misread
 MISSTATED = 3.0  # times: no rig is this far off what its file says
 WORST = 0.1  # of the gap: a wider uncertainty tells nothing
+STARTS = np.geomspace(1.1, 16.0, 12)  # of the bundle's width: half gaps to start from
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,15 @@ def gap_from_legs(
         return None
     sd = float(np.sqrt(lines.covariance[2, 2])) * max(rms, MIDDLE_SD_PX)
     return Gap(half, sd) if sd < WORST * half else None
+
+
+def gap_without_scale(
+    pairs: list[tuple[np.ndarray, Cut]], sight: Sight, about_px: float, plate_px: float
+) -> Gap | None:
+    """The same where nothing tells how far apart the holes are: the surest found from any start."""
+    starts = (float(start) * sight.width_px for start in STARTS)
+    found = [gap_from_legs(pairs, sight, about_px, plate_px, half) for half in starts]
+    return min((gap for gap in found if gap is not None), key=lambda g: g.sd_px, default=None)
 
 
 def _straight(legs: list[Legs], face_px: float, half_px: float) -> _Lines | None:

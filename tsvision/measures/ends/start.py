@@ -8,7 +8,7 @@ import numpy as np
 
 from tsvision.measures.edges.cut import Cut
 from tsvision.measures.ends.ends import NEAR_SHARE, Ends
-from tsvision.measures.ends.gap import Gap, gap_from_legs
+from tsvision.measures.ends.gap import Gap, gap_from_legs, gap_without_scale
 from tsvision.measures.ends.legs import Face, face_from_legs
 from tsvision.measures.light.learnt import Learnt
 from tsvision.records import Rig, Scale
@@ -27,6 +27,13 @@ class Start:
     gap: Gap | None = None
 
 
+def needs_holes(rig: Rig) -> bool:
+    """Whether the scale is to come from S, which the legs must show in px first."""
+    camera = rig.camera
+    wanted = camera.scale_from == "hole_distance" and np.isnan(camera.mm_per_px)
+    return bool(wanted and rig.actuator.hole_distance_mm > 0)
+
+
 def find_start(learnt: Learnt, ends: Ends, rig: Rig, scale: Scale) -> Start:
     """Where s = 0 lies along the axis of what was learnt."""
     zone_px = rig.actuator.twisting_zone_mm / scale.mm_per_px
@@ -38,6 +45,9 @@ def find_start(learnt: Learnt, ends: Ends, rig: Rig, scale: Scale) -> Start:
     zero, known = _separator_face(ends, zone_px, learnt.cuts)
     if not known:
         return Start(zero, False, half_gap_px)
+    if np.isnan(scale.mm_per_px) and needs_holes(rig):
+        gap = gap_without_scale(pairs, sight, zero, ends.plate_px)
+        return Start(zero, True, half_gap_px, gap=gap)
     face = face_from_legs(pairs, sight, zero, ends.plate_px, half_gap_px, scale.mm_per_px)
     gap = gap_from_legs(pairs, sight, zero, ends.plate_px, half_gap_px)
     # Holes that do not lie in the picture's plane would seem nearer to the apex.
