@@ -191,3 +191,18 @@ def test_both_angles_are_as_sure_as_what_their_tangents_are_made_of() -> None:
     assert lay < beta - 0.2
     of_beta = row.helix_angle_rad_sd / np.sin(2.0 * beta)
     assert row.lay_angle_rad_sd / np.sin(2.0 * lay) == pytest.approx(of_beta, rel=1e-6)
+
+
+@pytest.mark.parametrize("bits", [10, 12])
+def test_what_a_sensor_counts_may_stand_in_16_bits_as_it_is(bits: int, upright: FrameRow) -> None:
+    """Three tenths of full on the ground: of 10 bits that was blank, of 12 D was a px thin."""
+    counted = picture().astype(np.uint16) << (bits - 8)
+    row = measure(counted)
+    assert row.diameter_px == pytest.approx(upright.diameter_px, abs=0.02)
+    assert Flag.OVEREXPOSED not in flags_from_text(row.flags)
+
+
+def test_a_burnt_out_picture_of_12_bits_is_said_to_be() -> None:
+    burnt = np.clip(3.0 * picture(dark_on_bright=False), 0.0, 255.0) / 255.0
+    row = measure(np.rint(4095.0 * burnt).astype(np.uint16))
+    assert Flag.OVEREXPOSED in flags_from_text(row.flags)

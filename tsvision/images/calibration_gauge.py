@@ -18,6 +18,7 @@ from scipy.optimize import least_squares
 
 from tsvision.errors import InputError
 from tsvision.images.calibration import Calibration
+from tsvision.images.depth import bits_of, filled
 from tsvision.images.frames_picture import to_luma
 from tsvision.images.linear import to_linear
 from tsvision.images.strip import Axis, cut_strip, straight_axis
@@ -66,7 +67,7 @@ def calibrate_gauge(
         gamma = gamma_of([pixels])
         if np.isfinite(gamma):
             notes = (f"by its noise the picture is not sRGB: decoded by a gamma of {gamma:g}",)
-    picture = to_linear(to_luma(pixels), gamma)
+    picture = to_linear(to_luma(filled(pixels, bits_of([pixels]))), gamma)
     axis, width_px = _given_axis(ends_px) if ends_px else _find_axis(picture, roi_px)
     sections = []
     for _ in range(2):  # the first pass straightens the axis

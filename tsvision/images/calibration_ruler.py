@@ -7,6 +7,7 @@ from scipy.optimize import least_squares
 
 from tsvision.errors import InputError
 from tsvision.images.calibration import Calibration
+from tsvision.images.depth import bits_of, filled
 from tsvision.images.frames_picture import to_luma
 from tsvision.images.linear import to_linear
 from tsvision.images.strip import cut_strip, straight_axis
@@ -55,7 +56,7 @@ def _profile(
     axis = straight_axis(np.array(first_px, dtype=float), np.array(second_px, dtype=float))
     if not axis.length_px >= 20:
         raise InputError("ruler: the two points must lie at least 20 px apart")
-    picture = to_linear(to_luma(pixels), gamma)
+    picture = to_linear(to_luma(filled(pixels, bits_of([pixels]))), gamma)
     strip = cut_strip(picture, axis, (0.0, axis.length_px), _HALF_PX)
     light = strip.values.mean(axis=0, dtype=float)
     if not np.isfinite(light).all():

@@ -21,6 +21,7 @@ import cv2
 import numpy as np
 from scipy.optimize import nnls
 
+from tsvision.images.depth import bits_of
 from tsvision.images.linear import decoded
 
 SRGB = math.nan  # as `to_linear` takes it
@@ -86,7 +87,7 @@ def _unlikely(gamma: float) -> float:
 def noise_of(pictures: list[np.ndarray]) -> Noise | None:
     """The noise of some pictures; None where too little of it is seen, at too few levels."""
     chosen = pictures[:: max(1, len(pictures) // MOST_PICTURES)]
-    codes = full_scale(chosen)
+    codes = float(2 ** bits_of(chosen) - 1)
     planes = [(p if p.ndim == 2 else p[..., 1]).astype(np.float32) / codes for p in chosen]
     fine = [cv2.filter2D(p, -1, FINEST) for p in planes]
     half = [cv2.filter2D(p, -1, HALF) for p in planes]
@@ -115,14 +116,6 @@ def noise_of(pictures: list[np.ndarray]) -> Noise | None:
     rounding = 1.0 / 12.0 / codes**2
     told = sd**2 * np.hypot(LEVEL_SHARE, np.sqrt(2.0 / count))
     return Noise(level, sd**2 - rounding, told)
-
-
-def full_scale(pictures: list[np.ndarray]) -> float:
-    """The highest code that pictures can hold: of 16 bit a sensor may fill the lower 10 to 14."""
-    if pictures[0].dtype == np.uint8:
-        return 255.0
-    highest = max(int(p.max()) for p in pictures)
-    return next(float(2**bits - 1) for bits in (10, 12, 14, 16) if highest < 2**bits)
 
 
 def misfit(noise: Noise, gamma: float) -> float:

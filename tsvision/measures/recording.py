@@ -14,6 +14,7 @@ import numpy as np
 
 from tsvision.errors import InputError
 from tsvision.flags import Flag, flags_from_text, flags_to_text
+from tsvision.images.depth import bits_of, filled
 from tsvision.images.frames import iter_frames
 from tsvision.images.tone_curve import gamma_of
 from tsvision.measures.alone import explained
@@ -51,16 +52,18 @@ class Measurer:
         self.bowed: Bowed | None = None
         self.shape: tuple[int, ...] | None = None
         self.gamma_guessed = False
+        self.bits: int | None = None
         self.tries_left = FIRST_TRIES
         self.warm = Warm()
 
     def prime(self, pictures: list[np.ndarray], turns: Iterable[float] = ()) -> None:
         """Learn from pictures of one size, the most twisted last; the looks stay None when none
         shows a bundle. turns: all that these were chosen from. Nothing is learnt of blank ones."""
-        pictures = [p for p in pictures if not _is_blank(p)]
+        bits = bits_of(pictures)
+        pictures = [p for p in pictures if not _is_blank(p, bits)]
         if not pictures:
             return
-        self.tries_left = 0
+        self.tries_left, self.bits = 0, bits
         self.shape = pictures[0].shape[:2]
         alike = [p for p in pictures if p.shape == pictures[0].shape]
         if np.isnan(self.rig.camera.gamma):
@@ -68,6 +71,7 @@ class Measurer:
             self.gamma_guessed = bool(np.isfinite(gamma))
             self.rig = replace(self.rig, camera=replace(self.rig.camera, gamma=gamma))
         self.rig = _within_picture(self.rig, self.shape)
+        alike = [filled(p, bits) for p in alike]
         scale = resolve_scale(self.rig, alike[0])
         if needs_holes(self.rig):
             unscaled = learn_looks(alike, self.rig, scale)
@@ -98,12 +102,14 @@ class Measurer:
             return _empty(frame, turns, Flag.UNREADABLE)
         if self.shape is not None and frame.pixels.shape[:2] != self.shape:
             return _empty(frame, turns, Flag.WRONG_SIZE)
-        if _is_blank(frame.pixels):
+        if _is_blank(frame.pixels, self.bits or bits_of([frame.pixels])):
             return _empty(frame, turns, Flag.BLANK)
         if self.looks is None and self.bowed is None and self.tries_left:
             left = self.tries_left - 1
             self.prime([frame.pixels])
             self.tries_left = left
+        if self.bits is not None:
+            frame = replace(frame, pixels=filled(frame.pixels, self.bits))
         if self.bowed is not None and abs(turns) < LEGS_TURNS:
             return _empty(frame, turns, Flag.TOO_FEW_TURNS)
         if self.bowed is not None:
@@ -172,15 +178,17 @@ def _wound(looks: Looks | None, ways: set[int]) -> Looks | None:
 def sample_pictures(recording: Recording, most: int) -> list[np.ndarray]:
     """Readable pictures spread over the recording, all of the commonest size, the most twisted
     last."""
-    pictures, turns = [], []
+    taken = []
     for i in pick_samples(len(recording.files), most):
         for frame in iter_frames(recording, i, i + 1):
-            if frame.pixels is not None and not _is_blank(frame.pixels):
-                pictures.append(frame.pixels)
-                turns.append(float(recording.turns[i]))
+            if frame.pixels is not None:
+                taken.append((frame.pixels, float(recording.turns[i])))
+    bits = bits_of([p for p, _ in taken])
+    shown = [(p, t) for p, t in taken if not _is_blank(p, bits)]
+    pictures, turns = [p for p, _ in shown], [t for _, t in shown]
     if not pictures:
         for frame in iter_frames(recording):
-            if frame.pixels is not None and not _is_blank(frame.pixels):
+            if frame.pixels is not None and not _is_blank(frame.pixels, bits_of([frame.pixels])):
                 return [frame.pixels]
         return []
     shapes = [p.shape for p in pictures]
@@ -188,9 +196,10 @@ def sample_pictures(recording: Recording, most: int) -> list[np.ndarray]:
     return [p for p in by_twist(pictures, turns) if p.shape == common]
 
 
-def _is_blank(pixels: np.ndarray) -> bool:
-    """Whether hardly any light differs; few pixels of nearly every picture show that it does."""
-    least = 4 if pixels.dtype == np.uint8 else 1024
+def _is_blank(pixels: np.ndarray, bits: int) -> bool:
+    """Whether hardly any light differs, by 4 codes of 8 bits or as much of the `bits` that are
+    filled; few pixels of nearly every picture show that it does."""
+    least = 4 if pixels.dtype == np.uint8 else 2 ** (bits - 6)
     return all(bool(np.ptp(pixels[::step, ::step]) < least) for step in (49, 7))
 
 
