@@ -72,7 +72,7 @@ class Measurer:
             self.rig = replace(self.rig, camera=replace(self.rig.camera, gamma=gamma))
         self.rig = _within_picture(self.rig, self.shape)
         alike = [filled(p, bits) for p in alike]
-        scale = resolve_scale(self.rig, alike[0])
+        scale = resolve_scale(self.rig)
         if needs_holes(self.rig):
             unscaled = learn_looks(alike, self.rig, scale)
             scale = scale_between_holes(self.rig, unscaled.gap if unscaled is not None else None)

@@ -10,9 +10,13 @@ from tsvision.measures.ends.legs import HOLE_SD_MM
 from tsvision.records import Rig, Scale
 
 UNSTATED_SCALE_SD = 0.003  # relative: what perspective alone changes along a macro view
+ENDS_WIDTHS = 0.25  # how well the end of a cord is known, in its widths
+OUT_OF_PLANE = 0.01  # relative: how much longer a hanging cord is than its picture, or stated so
+HOLES = "hole distance"  # the source of scales that S told: S itself is then no measurement
+AT_THE_SEPARATOR = 0.01  # relative: how much perspective changes the scale from there to mid zone
 
 
-def resolve_scale(rig: Rig, picture: np.ndarray) -> Scale:
+def resolve_scale(rig: Rig) -> Scale:
     """The scale from the rig; unknown (NaN) when it tells none. Never a default.
 
     `mm_per_px` wins. `scale_from = "length"` with two `points_px` divides `length_mm` by their
@@ -39,10 +43,6 @@ def resolve_scale(rig: Rig, picture: np.ndarray) -> Scale:
     return Scale()
 
 
-ENDS_WIDTHS = 0.25  # how well the end of a cord is known, in its widths
-OUT_OF_PLANE = 0.01  # relative: how much longer a hanging cord is than its picture, or stated so
-
-
 def needs_curve(rig: Rig) -> bool:
     """Whether the scale is to come from the cord's own length, which must be followed first."""
     camera = rig.camera
@@ -59,10 +59,6 @@ def scale_along(rig: Rig, length_px: float, width_px: float) -> Scale:
     scale = rig.camera.length_mm / length_px
     ends = np.sqrt(2.0) * ENDS_WIDTHS * width_px / length_px
     return Scale(scale, scale * float(np.hypot(ends, OUT_OF_PLANE)), "length along the cord")
-
-
-HOLES = "hole distance"  # the source of scales that S told: S itself is then no measurement
-AT_THE_SEPARATOR = 0.01  # relative: how much perspective changes the scale from there to mid zone
 
 
 def scale_between_holes(rig: Rig, gap: Gap | None) -> Scale:

@@ -151,7 +151,7 @@ def test_a_helix_of_a_guessed_n_has_to_know_d_as_well_as_the_rope(
     as four strands of a guessed section, 105 +- 25 px, and no sense told, the others by their
     outline, 96.5 +- 5.5."""
     s, nothing = np.arange(9.0), np.full(9, np.nan)
-    shown = Rope(s, nothing, nothing, nothing, nothing, 96.5, 5.5, None, np.nan, 0.0, (0.0, 8.0))
+    shown = Rope(s, nothing, nothing, nothing, nothing, 96.5, 5.5, None, np.nan, 0.0)
     row = FrameRow(
         frame=0,
         file="a.png",

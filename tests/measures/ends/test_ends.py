@@ -46,7 +46,7 @@ class Film:
         write_recording(folder, settings)
         rig = load_rig(folder / "rig.toml")
         self.pictures = sample_pictures(open_recording(folder, rig), 8)
-        found = learn_looks(self.pictures, rig, resolve_scale(rig, self.pictures[0]))
+        found = learn_looks(self.pictures, rig, resolve_scale(rig))
         assert found is not None
         self.looks: Looks = found
         self.truth = pd.read_parquet(folder / "truth.parquet")

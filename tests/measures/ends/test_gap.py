@@ -35,7 +35,7 @@ def gap_of(folder: Path, error_mm: float) -> tuple[Gap | None, float]:
     rig = load_rig(film / "rig.toml", {})
     assert rig.actuator.hole_distance_mm == STATED_MM
     pictures = sample_pictures(open_recording(film, rig), 8)
-    looks = learn_looks(pictures, rig, resolve_scale(rig, pictures[0]))
+    looks = learn_looks(pictures, rig, resolve_scale(rig))
     assert looks is not None
     return looks.gap, looks.scale.mm_per_px
 
@@ -64,7 +64,7 @@ def test_legs_that_all_meet_at_one_place_do_not_tell(tmp_path: Path) -> None:
     )
     rig = load_rig(film / "rig.toml", {})
     pictures = sample_pictures(open_recording(film, rig), 8)
-    looks = learn_looks(pictures, rig, resolve_scale(rig, pictures[0]))
+    looks = learn_looks(pictures, rig, resolve_scale(rig))
     assert looks is not None
     seen = looks.gap
     assert seen is None or not np.isfinite(seen.sd_px) or seen.sd_px > 0.05 * seen.half_px

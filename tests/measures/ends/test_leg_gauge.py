@@ -44,7 +44,7 @@ def film(folder: Path, count: int) -> tuple[list[np.ndarray], Rig]:
 
 
 def learnt(pictures: list[np.ndarray], rig: Rig) -> Looks:
-    looks = learn_looks(pictures, rig, resolve_scale(rig, pictures[0]))
+    looks = learn_looks(pictures, rig, resolve_scale(rig))
     assert looks is not None
     return looks
 

@@ -34,8 +34,7 @@ class Rope:
 
     s_px (M,); upper_px, lower_px (M,) n of its edges and their common weight 0..1; envelope_px
     (M,) local outer diameter; coarse: slope of the coarse bands of coloured strands, NaN without
-    colour; fuzzy: share of columns with hairs; whole: s of the first and last column whose edges
-    could be used.
+    colour; fuzzy: share of columns with hairs.
     """
 
     s_px: np.ndarray
@@ -48,7 +47,6 @@ class Rope:
     stripes: Stripes | None
     coarse: float
     fuzzy: float
-    whole: tuple[float, float]
 
 
 def measure_rope(
@@ -89,19 +87,7 @@ def measure_rope(
     stripes = find_stripes(shown, row, 0.5 * diameter, count)
     coarse = coarse_slope(shown[-1], row, 0.5 * diameter) if coloured else float("nan")
     hairs = _fuzz(contrast, half, upper, lower)
-    return Rope(
-        s,
-        upper,
-        lower,
-        weight,
-        envelope,
-        diameter,
-        sd,
-        stripes,
-        coarse,
-        hairs,
-        (float(s[inside[0]]), float(s[inside[-1]])),
-    )
+    return Rope(s, upper, lower, weight, envelope, diameter, sd, stripes, coarse, hairs)
 
 
 def _edge(

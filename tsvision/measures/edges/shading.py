@@ -94,7 +94,6 @@ class Shading:
     rho_px: float
     ambient: float
     lamps: np.ndarray
-    residual: float = 0.0
     place_sd_px: float = 0.0
     beyond_px: float = 0.0
     loss: float = 0.0
@@ -183,7 +182,6 @@ def make_shading(
     blur_px: float,
     ambient: float,
     lamps: np.ndarray,
-    residual: float = 0.0,
     place_sd_px: float = 0.0,
     beyond_px: float = 0.0,
     loss: float = 0.0,
@@ -200,7 +198,6 @@ def make_shading(
         rho_px=rho_px,
         ambient=ambient,
         lamps=lamps,
-        residual=residual,
         place_sd_px=place_sd_px,
         beyond_px=beyond_px,
         loss=loss,

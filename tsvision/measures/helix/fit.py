@@ -122,11 +122,6 @@ class HelixFit:
         """Length of the bundle's centre line per length of axis, sqrt(1 + kappa^2)."""
         return float(np.sqrt(1.0 + (self.p[RC] * self.p[KC]) ** 2))
 
-    @property
-    def envelope_px(self) -> float:
-        """Outer diameter about the straight axis, coiling included."""
-        return self.diameter_px + 2.0 * float(self.p[RC])
-
     @cached_property
     def derived(self) -> tuple[np.ndarray, np.ndarray]:
         """(D, pitch, tan beta) and their covariance (3, 3), to first order."""

@@ -96,7 +96,6 @@ def with_blur(shading: tuple[Shading, Shading], blur_px: float) -> tuple[Shading
             blur_px,
             s.ambient,
             s.lamps,
-            s.residual,
             s.place_sd_px,
             s.beyond_px,
             s.loss,

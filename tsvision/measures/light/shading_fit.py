@@ -100,14 +100,12 @@ def fit_shading(
     lights, mirrored = system.light(q)
     for i, own in enumerate(lights):
         ambient, lamps = system.black + gain * float(own[0]), gain * own[1 : 1 + LAMPS_RAD.size]
-        residual = system.rms(q, i)
         sides.append(
             make_shading(
                 rho_px,
                 float(q[0]),
                 ambient,
                 lamps,
-                residual,
                 width_sd / np.sqrt(2.0),
                 loss=system.loss,
                 mirrored=mirrored,
@@ -394,8 +392,3 @@ class _System:
 
     def residuals(self, q: np.ndarray) -> np.ndarray:
         return self.solve(q)[1]
-
-    def rms(self, q: np.ndarray, side: int) -> float:
-        """rms residual of one side's profile, in the signal's units."""
-        off = self.residuals(q)[self.parts[side]]
-        return float(np.sqrt(np.mean((off * self.sd[side]) ** 2)))
