@@ -23,6 +23,7 @@ from tsvision.measures.helix.silhouette import (
     PHI,
     PHIC,
     RC,
+    RHO,
     SLOPE,
     Y0,
     K,
@@ -140,7 +141,7 @@ def carried(p, places, half, seen, sites, limits, steps):  # pragma: no cover - 
                 if not lost:
                     break
                 begun = uneven.even(_anew(start, problem, own, sites.turn_rad), radii)
-            begun[uneven.TWIST], begun[uneven.RHO] = own, p[0]
+            begun[uneven.TWIST], begun[uneven.RHO] = own, p[RHO]
             hold.toward[uneven.R :] = begun[uneven.R :]
             tried, its = _descended(begun, strands, problem)
             if its < best_cost and SLOWEST < tried[uneven.KC] / p[KC] < FASTEST:

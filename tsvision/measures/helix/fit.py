@@ -293,7 +293,7 @@ def _normal_equations(p, free, problem, normal, right):  # pragma: no cover - co
     total = 0.0
     used = 0
     # Cosines and sines take most of the time: they are told once a px, and between by their series.
-    reach = int(p[0] * (2.0 + 2.0 * (1.0 + p[10] + abs(p[CROWD])) * radius.max())) + 2
+    reach = int(p[RHO] * (2.0 + 2.0 * (1.0 + p[OPEN] + abs(p[CROWD])) * radius.max())) + 2
     first = z0 - reach
     cos_psi, sin_psi = turning(p[K], p[PHI], first, count + 2 * reach)
     cos_theta, sin_theta = turning(p[KC] if p[RC] > 0.0 else 0.0, p[PHIC], first, count + 2 * reach)

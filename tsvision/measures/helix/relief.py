@@ -15,7 +15,19 @@ import cv2
 import numba
 import numpy as np
 
-from tsvision.measures.helix.silhouette import PHI, RHO, K, Section, rescaled
+from tsvision.measures.helix.silhouette import (
+    KC,
+    OPEN,
+    PHI,
+    PHIC,
+    RC,
+    RHO,
+    SLOPE,
+    Y0,
+    K,
+    Section,
+    rescaled,
+)
 
 SAMPLED = 0.3  # of the strand's radius: from ball to ball along a strand
 INNER_PX = 2  # from the outline on, where the ground shines in
@@ -184,7 +196,7 @@ def _scan(
                     a, b = across[r, c], along[r, c]
                     term[0], term[1] = 1.0, 2.0 * c / columns - 1.0
                     term[2] = np.sqrt(max(1.0 - a * a - b * b, 0.0))
-                    term[3], term[4], term[5] = a, b, h / p[0]
+                    term[3], term[4], term[5] = a, b, h / p[RHO]
                     _add(term, v, system, right)
                     square += v * v
             if system[0, 0] >= LEAST_PX:
@@ -200,28 +212,28 @@ def _draw(p, site_radius, site_angle, sides, height, across, along):  # pragma: 
     height[:] = -np.inf
     across[:] = 0.0
     along[:] = 0.0
-    rho, apart = p[0], 2.0 * p[0] * (1.0 + p[10])
+    rho, apart = p[RHO], 2.0 * p[RHO] * (1.0 + p[OPEN])
     half, z0 = 0.5 * (rows - 1), -0.5 * (columns - 1)
     step = max(SAMPLED * rho, 0.5)
     reach = rho + 2.0
     for i in range(site_radius.size):
         reach = max(reach, rho + apart * site_radius[i] + 2.0)
-    kappa = p[5] * p[6]
+    kappa = p[RC] * p[KC]
     q = np.sqrt(1.0 + kappa * kappa)
     samples = int((columns + 2.0 * reach) / step) + 1
     for i in range(site_radius.size):
         a = apart * site_radius[i]
         for j in range(samples):
             z = z0 - reach + j * step
-            psi = p[1] * z + p[2] + site_angle[i]
+            psi = p[K] * z + p[PHI] + site_angle[i]
             cp, sp = np.cos(psi), np.sin(psi)
             ct, st = 1.0, 0.0
-            if p[5] > 0.0:
-                theta = p[6] * z + p[7]
+            if p[RC] > 0.0:
+                theta = p[KC] * z + p[PHIC]
                 ct, st = np.cos(theta), np.sin(theta)
             s = z + a * sp * kappa / q - z0
-            y = p[5] * ct - a * cp * ct + a * sp * st / q + p[3] + p[4] * z + half
-            middle = p[5] * st - a * cp * st - a * sp * ct / q
+            y = p[RC] * ct - a * cp * ct + a * sp * st / q + p[Y0] + p[SLOPE] * z + half
+            middle = p[RC] * st - a * cp * st - a * sp * ct / q
             for r in range(max(int(np.ceil(y - rho)), 0), min(int(y + rho), rows - 1) + 1):
                 dy = r - y
                 left = rho * rho - dy * dy

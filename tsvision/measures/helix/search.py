@@ -427,24 +427,24 @@ def scan(
     p = base.copy()
     total = max(weights.sum(), 1e-9)
     for i in range(rates.size):
-        p[1] = rates[i]
+        p[K] = rates[i]
         turn = 2.0 * np.pi / max(rates[i], 1e-9)
         once = base[5] <= 0.0 and turn < 0.5 * count * phases.size
         if once:
-            p[2], p[3], p[4] = 0.0, 0.0, 0.0
+            p[PHI], p[Y0], p[SLOPE] = 0.0, 0.0, 0.0
             drawn = int(turn) + 3
             high, low = np.empty(drawn), np.empty(drawn)
             at_h, at_w = np.zeros((drawn, 2)), np.zeros((drawn, 2))
             silhouette(p, site_radius, site_angle, give, 0.0, drawn, high, low, at_h, at_w, step)
-            p[3], p[4] = base[3], base[4]
+            p[Y0], p[SLOPE] = base[3], base[4]
         for j in range(phases.size):
-            p[2] = phases[j]
+            p[PHI] = phases[j]
             if once:
                 x = (z0 + phases[j] / rates[i]) % turn
                 for c in range(count):
                     k = int(x)
                     w = x - k
-                    line = p[3] + p[4] * (c + z0)
+                    line = p[Y0] + p[SLOPE] * (c + z0)
                     upper[c] = line + (1.0 - w) * high[k] + w * high[k + 1]
                     lower[c] = line + (1.0 - w) * low[k] + w * low[k + 1]
                     x += 1.0

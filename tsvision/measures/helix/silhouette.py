@@ -128,7 +128,7 @@ class Section:
 @numba.njit(cache=True, inline="always")
 def climb(p):  # pragma: no cover - compiled
     """Cosine and sine of the angle at which a coiled centre line climbs about its axis."""
-    kappa = p[5] * p[6]
+    kappa = p[RC] * p[KC]
     cosine = 1.0 / np.sqrt(1.0 + kappa * kappa)
     return cosine, kappa * cosine
 
@@ -151,16 +151,16 @@ def given(give, i, cp, sp):  # pragma: no cover - compiled
 def _point(z, a, p, cos_climb, sin_climb, cp, sp, ct, st):  # pragma: no cover - compiled
     """Projected strand centre (s, y) and its derivative along z; cosines and sines of the angle at
     which the centre line climbs, and of the strand's angle psi and the coil's theta there."""
-    if p[5] <= 0.0:
-        return z - p[9] * a * sp, -a * cp, 1.0 - p[9] * a * cp * p[1], p[1] * (a * sp)
+    if p[RC] <= 0.0:
+        return z - p[TILT] * a * sp, -a * cp, 1.0 - p[TILT] * a * cp * p[K], p[K] * (a * sp)
     across, aside = a * cp, a * sp
-    depth = p[5] * st - across * st - aside * ct * cos_climb
-    s = z + aside * sin_climb + p[9] * depth
-    y = p[5] * ct - across * ct + aside * st * cos_climb
+    depth = p[RC] * st - across * st - aside * ct * cos_climb
+    s = z + aside * sin_climb + p[TILT] * depth
+    y = p[RC] * ct - across * ct + aside * st * cos_climb
     y_psi = aside * ct + across * st * cos_climb
-    s_psi = across * sin_climb + p[9] * (aside * st - across * ct * cos_climb)
+    s_psi = across * sin_climb + p[TILT] * (aside * st - across * ct * cos_climb)
     # Turned about the axis by a right angle, depth becomes height: each is the other's derivative.
-    return s, y, 1.0 + p[1] * s_psi + p[6] * p[9] * y, p[1] * y_psi - p[6] * depth
+    return s, y, 1.0 + p[K] * s_psi + p[KC] * p[TILT] * y, p[K] * y_psi - p[KC] * depth
 
 
 @numba.njit(cache=True, inline="always")
@@ -173,12 +173,12 @@ def _crowded_point(z, a, p, give, i, crowd, cos_climb, sin_climb, cp, sp, ct, st
     aside = (a + crowd * out) * sp + crowd * on * cp
     across_psi = -aside + crowd * (d_out * cp - d_on * sp)
     aside_psi = across + crowd * (d_out * sp + d_on * cp)
-    depth = p[5] * st - across * st - aside * ct * cos_climb
-    s = z + aside * sin_climb + p[9] * depth
-    y = p[5] * ct - across * ct + aside * st * cos_climb
+    depth = p[RC] * st - across * st - aside * ct * cos_climb
+    s = z + aside * sin_climb + p[TILT] * depth
+    y = p[RC] * ct - across * ct + aside * st * cos_climb
     y_psi = aside_psi * st * cos_climb - across_psi * ct
-    s_psi = aside_psi * sin_climb - p[9] * (across_psi * st + aside_psi * ct * cos_climb)
-    return s, y, 1.0 + p[1] * s_psi + p[6] * p[9] * y, p[1] * y_psi - p[6] * depth
+    s_psi = aside_psi * sin_climb - p[TILT] * (across_psi * st + aside_psi * ct * cos_climb)
+    return s, y, 1.0 + p[K] * s_psi + p[KC] * p[TILT] * y, p[K] * y_psi - p[KC] * depth
 
 
 @numba.njit(cache=True, inline="always")
@@ -195,8 +195,8 @@ def border(ds, dy, rho):  # pragma: no cover - compiled
 def silhouette(p, site_radius, site_angle, give, z0, count, upper, lower, at_upper, at_lower, step):
     # pragma: no cover - compiled
     """Fill upper, lower (count,) at z0, z0 + 1, ...; at_* (count, 2) gets contact z and strand."""
-    crowd = 2.0 * p[0] * p[11] if p[5] > 0.0 else 0.0
-    rho, apart = p[0], 2.0 * p[0] * (1.0 + p[10])
+    crowd = 2.0 * p[RHO] * p[CROWD] if p[RC] > 0.0 else 0.0
+    rho, apart = p[RHO], 2.0 * p[RHO] * (1.0 + p[OPEN])
     for c in range(count):
         upper[c] = -1e30
         lower[c] = 1e30
@@ -209,12 +209,12 @@ def silhouette(p, site_radius, site_angle, give, z0, count, upper, lower, at_upp
     samples = int((count + 2.0 * reach) / step) + 2
     first = z0 - reach
     cos_climb, sin_climb = climb(p)
-    theta = p[6] * first + p[7] if p[5] > 0.0 else 0.0
-    turn = p[6] * step if p[5] > 0.0 else 0.0
+    theta = p[KC] * first + p[PHIC] if p[RC] > 0.0 else 0.0
+    turn = p[KC] * step if p[RC] > 0.0 else 0.0
     # One step turns both angles by the same: products instead of four cosines and sines a sample.
     cos_k, sin_k, cos_t, sin_t = (
-        np.cos(p[1] * step),
-        np.sin(p[1] * step),
+        np.cos(p[K] * step),
+        np.sin(p[K] * step),
         np.cos(turn),
         np.sin(turn),
     )
@@ -222,7 +222,7 @@ def silhouette(p, site_radius, site_angle, give, z0, count, upper, lower, at_upp
     xl, yl = np.empty(samples), np.empty(samples)
     for i in range(site_radius.size):
         a = apart * site_radius[i]
-        psi = p[1] * first + p[2] + site_angle[i]
+        psi = p[K] * first + p[PHI] + site_angle[i]
         cp, sp, ct, st = np.cos(psi), np.sin(psi), np.cos(theta), np.sin(theta)
         if crowd == 0.0:
             for j in range(samples):
@@ -245,9 +245,9 @@ def silhouette(p, site_radius, site_angle, give, z0, count, upper, lower, at_upp
         draw_outermost(upper, at_upper, xu, yu, 1.0, i, rho, z0, first, step)
         draw_outermost(lower, at_lower, xl, yl, -1.0, i, rho, z0, first, step)
     for c in range(count):
-        line = p[3] + p[4] * (c + z0)
-        upper[c] += line + p[8]
-        lower[c] += line - p[8]
+        line = p[Y0] + p[SLOPE] * (c + z0)
+        upper[c] += line + p[EDGE]
+        lower[c] += line - p[EDGE]
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -279,31 +279,31 @@ def draw_outermost(edge, at, x, y, sense, strand, rho, z0, first, step):
 def gradient(x, z, radius_d, give, i, sense, p, cp, sp, ct, st, out):  # pragma: no cover - compiled
     """d edge(x) / d p, out (12,), at contact z on strand i, at radius_d, of those that give
     (N, 2, 5); sense +1 upper, -1 lower; cosines and sines of its angle psi and the coil's theta."""
-    rho = p[0]
+    rho = p[RHO]
     closed = 2.0 * rho * radius_d
-    a = closed * (1.0 + p[10])
-    if p[5] <= 0.0 and p[9] == 0.0:  # the same with kappa = theta = 0, in half the time
+    a = closed * (1.0 + p[OPEN])
+    if p[RC] <= 0.0 and p[TILT] == 0.0:  # the same with kappa = theta = 0, in half the time
         u = x - z
         root = np.sqrt(max(rho * rho - u * u, 0.04 * rho * rho))
-        out[0] = sense * rho / root - a / rho * cp
-        out[1] = z * (a * sp)
-        out[2] = a * sp
-        out[3] = 1.0
-        out[4] = x
-        out[5] = 1.0 + sense * u / root * (a * sp) * p[6]
-        out[6] = z * (a * sp)
-        out[7] = a * sp
-        out[8] = sense
-        out[9] = -sense * u / root * (a * sp)
-        out[10] = -closed * cp
-        out[11] = 0.0
+        out[RHO] = sense * rho / root - a / rho * cp
+        out[K] = z * (a * sp)
+        out[PHI] = a * sp
+        out[Y0] = 1.0
+        out[SLOPE] = x
+        out[RC] = 1.0 + sense * u / root * (a * sp) * p[KC]
+        out[KC] = z * (a * sp)
+        out[PHIC] = a * sp
+        out[EDGE] = sense
+        out[TILT] = -sense * u / root * (a * sp)
+        out[OPEN] = -closed * cp
+        out[CROWD] = 0.0
         return
     cos_climb, sin_climb = climb(p)
-    kappa = p[5] * p[6]
+    kappa = p[RC] * p[KC]
     across, aside = a * cp, a * sp
     across_psi, aside_psi = -aside, across
     more_across = more_aside = 0.0  # where strands crowd, per share that they give
-    crowd = 2.0 * rho * p[11]
+    crowd = 2.0 * rho * p[CROWD]
     if give[i, 0, 0] != 0.0:  # where they are asked
         more, more_on, d_out, d_on = given(give, i, cp, sp)
         more_across, more_aside = more * cp - more_on * sp, more * sp + more_on * cp
@@ -311,38 +311,38 @@ def gradient(x, z, radius_d, give, i, sense, p, cp, sp, ct, st, out):  # pragma:
         aside += crowd * more_aside
         across_psi = -aside + crowd * (d_out * cp - d_on * sp)
         aside_psi = across + crowd * (d_out * sp + d_on * cp)
-    depth = p[5] * st - across * st - aside * ct * cos_climb
-    height = p[5] * ct - across * ct + aside * st * cos_climb
-    s = z + aside * sin_climb + p[9] * depth
+    depth = p[RC] * st - across * st - aside * ct * cos_climb
+    height = p[RC] * ct - across * ct + aside * st * cos_climb
+    s = z + aside * sin_climb + p[TILT] * depth
     u = x - s
     root = np.sqrt(max(rho * rho - u * u, 0.04 * rho * rho))
     g = sense * u / root  # d edge / d s of the centre
-    d_theta = -depth + g * p[9] * height
+    d_theta = -depth + g * p[TILT] * height
     y_psi = aside_psi * st * cos_climb - across_psi * ct
-    s_psi = aside_psi * sin_climb - p[9] * (across_psi * st + aside_psi * ct * cos_climb)
+    s_psi = aside_psi * sin_climb - p[TILT] * (across_psi * st + aside_psi * ct * cos_climb)
     y_a = -cp * ct + sp * st * cos_climb
-    s_a = sp * sin_climb - p[9] * (cp * st + sp * ct * cos_climb)
+    s_a = sp * sin_climb - p[TILT] * (cp * st + sp * ct * cos_climb)
     cubed = cos_climb * cos_climb * cos_climb
     y_kappa = -aside * st * kappa * cubed
-    s_kappa = aside * cubed * (1.0 + p[9] * ct * kappa)
+    s_kappa = aside * cubed * (1.0 + p[TILT] * ct * kappa)
     y_rho = aside * st * cos_climb - across * ct
-    s_rho = aside * sin_climb - p[9] * (across * st + aside * ct * cos_climb)
-    out[0] = sense * rho / root + (y_rho + g * s_rho) / rho
+    s_rho = aside * sin_climb - p[TILT] * (across * st + aside * ct * cos_climb)
+    out[RHO] = sense * rho / root + (y_rho + g * s_rho) / rho
     d_psi = y_psi + g * s_psi
-    out[1] = z * d_psi
-    out[2] = d_psi
-    out[3] = 1.0
-    out[4] = x
+    out[K] = z * d_psi
+    out[PHI] = d_psi
+    out[Y0] = 1.0
+    out[SLOPE] = x
     d_kappa = y_kappa + g * s_kappa
-    out[5] = ct + g * p[9] * st + d_kappa * p[6]
-    out[6] = z * d_theta + d_kappa * p[5]
-    out[7] = d_theta
-    out[8] = sense
-    out[9] = g * depth
-    out[10] = closed * (y_a + g * s_a)
+    out[RC] = ct + g * p[TILT] * st + d_kappa * p[KC]
+    out[KC] = z * d_theta + d_kappa * p[RC]
+    out[PHIC] = d_theta
+    out[EDGE] = sense
+    out[TILT] = g * depth
+    out[OPEN] = closed * (y_a + g * s_a)
     y_crowd = more_aside * st * cos_climb - more_across * ct
-    s_crowd = more_aside * sin_climb - p[9] * (more_across * st + more_aside * ct * cos_climb)
-    out[11] = 2.0 * rho * (y_crowd + g * s_crowd)
+    s_crowd = more_aside * sin_climb - p[TILT] * (more_across * st + more_aside * ct * cos_climb)
+    out[CROWD] = 2.0 * rho * (y_crowd + g * s_crowd)
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -12,6 +12,7 @@ import numpy as np
 
 from tsvision.measures.edges.shading import Shading, limb_level
 from tsvision.measures.helix.fit import HelixFit
+from tsvision.measures.helix.silhouette import RHO
 from tsvision.measures.helix.weigh import unsure
 
 # A mean edge's fit knows its noise and its light's prior, not what both leave out (occlusion,
@@ -64,7 +65,7 @@ def _sides_unseen(fit: HelixFit) -> float:
 
 
 def _widening(fit: HelixFit) -> float:
-    return float(max(1.0, CORRELATION_SHARE * 2.0 * fit.p[0]))
+    return float(max(1.0, CORRELATION_SHARE * 2.0 * fit.p[RHO]))
 
 
 def light_sd_px(shading: tuple[Shading, Shading]) -> float:
