@@ -179,21 +179,6 @@ def test_a_plate_across_the_view_is_not_what_stands_out_on_the_axis() -> None:
     assert signal.way is Way.LUMA
 
 
-def test_a_connector_is_not_what_stands_out_on_the_axis() -> None:
-    """Green strings before mottled grey, as bright as they are, and a steel connector on a tenth of
-    the axis: looked at as if legs lay beside it most of the way, nothing but the connector stood
-    out, and none of a bundle that anyone sees was measured (`colours 249`)."""
-    random = np.random.default_rng(5)
-    mottled = np.repeat(np.repeat(random.uniform(0.6, 1.4, (21, 50, 1)), 8, axis=0), 8, axis=1)
-    values = 0.2 * mottled[:161, :400] * np.ones(3) + random.normal(0.0, 0.004, (161, 400, 3))
-    values[73:88] = random.uniform(0.4, 1.6, (15, 400, 1)) * (0.08, 0.26, 0.06)
-    values[50:111, 330:] = (0.62, 0.6, 0.6)
-    strip = Strip(values.astype(np.float32), 0.0, 80)
-    for between in (False, True):
-        signal, _ = find_signal([strip], 8.0, between)
-        assert signal.in_colour
-
-
 ORANGE, BLACK, BROWN = (0.02, 0.19, 0.5), (0.012, 0.012, 0.012), (0.06, 0.08, 0.1)
 
 

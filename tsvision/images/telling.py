@@ -26,7 +26,6 @@ FLOOR = 2e-3  # of full light: what the ground varies by at least
 # With few turns the axis runs between legs most of the way: what shows half of what the strongest
 # tenth of the columns do is the bundle's.
 STRONGEST, BUNDLE = 90.0, 0.5
-CLOSE_BY = 1.5  # half cores from the axis, beyond which a connector lies, but no bundle
 
 OTHER_HUE = 4.0  # spreads of the ground's hue from which strings are of another
 SEVERAL_HUES = 0.35  # spread of the colour's direction from which strands are of several colours
@@ -134,7 +133,7 @@ def _samples(strips: list[Strip], half_core: float, between: bool) -> tuple[np.n
     core, ground = [], []
     for strip in strips:
         axis, beside = _rows(strip, half_core)
-        inner = _of_strings(strip, half_core) if between else axis
+        inner = _off_ground(axis, beside) if between else axis
         core.append(_some(inner.reshape(-1, 3)))
         ground.append(_some(beside.reshape(-1, 3)))
     inner, outer = np.concatenate(core), np.concatenate(ground)
@@ -211,27 +210,16 @@ def _some(samples: np.ndarray) -> np.ndarray:
     return samples[:: max(1, len(samples) // SAMPLES)]
 
 
-def _of_strings(strip: Strip, half_core: float) -> np.ndarray:
-    """Those columns of what lies on a strip's axis (K, M, 3) that stand out from what lies beside
-    it there as the bundle does. The separator's plate, which lies across the strip, does not; and a
-    connector stands out by as much on either side of a bundle's width."""
-    axis, beside = _rows(strip, half_core)
-    ground = _middle(beside[:: max(1, len(beside) // ROWS)])
-    close_by = max(round(CLOSE_BY * half_core), 1), max(round(GROUND * half_core), 2)
-    sides = (
-        strip.values[strip.half_px - close_by[1] : strip.half_px - close_by[0]],
-        strip.values[strip.half_px + close_by[0] + 1 : strip.half_px + close_by[1] + 1],
-    )
-    away, *wide = (np.linalg.norm(_middle(rows) - ground, axis=1) for rows in (axis, *sides))
-    shown = np.isfinite(away) & ~(np.minimum(*wide) > BUNDLE * away)
-    if not shown.any():
+def _off_ground(axis: np.ndarray, beside: np.ndarray) -> np.ndarray:
+    """Those columns of what lies on the axis (K, M, 3) that are unlike what lies beside it there
+    (R, M, 3): the separator's plate, which lies across the strip, is not."""
+    some = beside[:: max(1, len(beside) // ROWS)]
+    ground = np.stack([nan_median(some[..., c]) for c in range(3)], axis=1)
+    away = np.linalg.norm(np.median(axis, axis=0) - ground, axis=1)
+    known = np.isfinite(away)
+    if not known.any():
         return axis
-    return axis[:, shown][:, of_bundle(away[shown])]
-
-
-def _middle(rows: np.ndarray) -> np.ndarray:
-    """Median colour (M, 3) of every column of some rows (R, M, 3)."""
-    return np.stack([nan_median(rows[..., c]) for c in range(3)], axis=1)
+    return axis[:, known][:, of_bundle(away[known])]
 
 
 def many_coloured(windows: list[np.ndarray], outer: np.ndarray) -> bool:
