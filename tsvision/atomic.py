@@ -26,7 +26,7 @@ def write_bytes(path: Path, data: bytes) -> None:
                 file.write(data)
                 file.flush()
                 os.fsync(file.fileno())
-            os.chmod(name, 0o666 & ~_umask())
+            os.chmod(name, 0o666 & ~umask())
             os.replace(name, path)
         except BaseException:
             with suppress(OSError):
@@ -69,7 +69,8 @@ def _reason(error: OSError) -> str:
     return mends.get(error.errno or 0, error.strerror or str(error))
 
 
-def _umask() -> int:
+def umask() -> int:
+    """The permissions that new files are not to have; the system tells them only by a change."""
     mask = os.umask(0)
     os.umask(mask)
     return mask

@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from tsvision.atomic import telling_what_failed
+from tsvision.atomic import telling_what_failed, umask
 from tsvision.errors import InputError
 
 _OLD = "old"
@@ -97,7 +97,7 @@ def staged(out: Path, kind: Kind) -> Iterator[Path]:
             yield staging
             for path in staging.iterdir():
                 _sync(path)
-            os.chmod(staging, 0o777 & ~_umask())
+            os.chmod(staging, 0o777 & ~umask())
             _take_place(staging, place, kind)
     except BaseException:
         shutil.rmtree(staging, ignore_errors=True)
@@ -230,9 +230,3 @@ def _sync(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -18,6 +18,7 @@ from typing import TextIO
 import numpy as np
 
 from tsvision.errors import InputError
+from tsvision.separators import separator_of
 
 COLUMNS = ("turns", "time_s", "displacement_mm", "load_N", "cycle")
 _EMPTY = {"", "nan", "na", "n/a", "none", "null", "-"}
@@ -275,7 +276,7 @@ def rows_in(table: Path, file: TextIO) -> Iterator[tuple[int, dict[str, str]]]:
     """(line number, row) of an open CSV with a header; comma, semicolon or tab."""
     try:
         head = file.readline(65536)
-        delimiter = max(",;\t", key=head.count)
+        delimiter = separator_of(head)
         header = [name.strip() for name in next(csv.reader([head], delimiter=delimiter), [])]
         doubled = {name for name in header if header.count(name) > 1}
         if doubled:
