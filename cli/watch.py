@@ -49,9 +49,9 @@ def command(
     Exit code 0: the onset was observed, 3: not observed, 4: undetermined.
     """
     from tsvision.errors import InputError
-    from tsvision.timeline.live import Live
-    from tsvision.timeline.sources import without_lens
-    from tsvision.timeline.watching import watch
+    from tsvision.live.believing import Live
+    from tsvision.live.sources import without_lens
+    from tsvision.live.watching import watch
 
     if run_command and stop_on is None:
         raise InputError("--exec needs --stop-on PHASE: when shall it run?")
@@ -80,8 +80,8 @@ def command(
 def _measurer(rig: Any, like: str | None) -> Any:
     """One that knows the view from a recording of it, or one that learns as the frames come."""
     from tsvision.images.frames import open_recording
+    from tsvision.live.learning import Learner
     from tsvision.measures import recording as measuring
-    from tsvision.timeline.learning import Learner
 
     if like is None:
         return Learner(lambda: measuring.Measurer(rig))
@@ -106,7 +106,7 @@ def _turns(
 ) -> Any:
     """How turns are known; a turns.csv in the watched folder is taken by itself."""
     from tsvision.errors import InputError
-    from tsvision.timeline import sources
+    from tsvision.live import sources
 
     ways = [
         sources.turns_from_file(table) if table is not None else None,
@@ -128,7 +128,7 @@ def _turns(
 
 
 def _arrivals(source: str, turns: Any, idle_s: float | None) -> Any:
-    from tsvision.timeline.sources import camera, growing_folder
+    from tsvision.live.sources import camera, growing_folder
 
     if source.isdecimal():
         return camera(int(source), turns, idle_s)

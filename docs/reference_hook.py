@@ -92,6 +92,7 @@ _PACKAGES = (
     "tsvision.images",
     "tsvision.measures",
     "tsvision.timeline",
+    "tsvision.live",
     "tsvision.models",
     "tsvision.mechanisms",
     "tsvision.diagnosis",

@@ -25,6 +25,7 @@ ALLOWED = {
         "tsvision.data",
         "tsvision.atomic",
     },
+    "tsvision.live": {"tsvision.timeline", "tsvision.images"},
     "tsvision.models": {"tsvision.data"},
     "tsvision.life": {"tsvision.data"},
     "tsvision.riglog": set(),

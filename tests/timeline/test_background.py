@@ -6,11 +6,11 @@ import numpy as np
 import pandas as pd
 
 from tests.timeline.series import KNOT_COLUMNS
+from tsvision.live.believing import Live
 from tsvision.measures.zone.knots import LOBE
 from tsvision.records import FrameResult, FrameRow, KnotSighting, Rig
 from tsvision.timeline.account import account
 from tsvision.timeline.criteria import LEVEL_OF_ONSET
-from tsvision.timeline.live import Live
 
 D, MM_PER_PX = 0.5, 0.025
 TURNS = np.array([0.0, 5, 10, 15, 20, 25, 30, 34, 38, 42, 46, 50, 56, 62])

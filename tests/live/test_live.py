@@ -20,19 +20,19 @@ from tests.timeline.series import Plan, Series, simulate, with_px, without_scale
 from tsvision.errors import InputError
 from tsvision.images.frames import iter_frames, open_recording
 from tsvision.images.turns import read_turns
-from tsvision.records import Actuator, Frame, FrameResult, FrameRow, KnotSighting, Rig
-from tsvision.rig import load_rig
-from tsvision.timeline.account import account
-from tsvision.timeline.learning import Learner
-from tsvision.timeline.live import Live
-from tsvision.timeline.sources import (
+from tsvision.live.believing import Live
+from tsvision.live.learning import Learner
+from tsvision.live.sources import (
     Arrival,
     growing_folder,
     turns_from_file,
     turns_from_name,
     turns_per_frame,
 )
-from tsvision.timeline.watching import watch
+from tsvision.live.watching import watch
+from tsvision.records import Actuator, Frame, FrameResult, FrameRow, KnotSighting, Rig
+from tsvision.rig import load_rig
+from tsvision.timeline.account import account
 
 RIG = Rig(actuator=Actuator(twisting_zone_mm=23.2, hole_diameter_mm=0.9))
 

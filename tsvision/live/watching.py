@@ -7,10 +7,10 @@ import time
 from collections.abc import Generator, Iterable
 from typing import Any, Protocol, runtime_checkable
 
+from tsvision.live.believing import Live, LiveState
+from tsvision.live.sources import Arrival
 from tsvision.records import Frame, FrameResult
 from tsvision.timeline.lengths import UNITS
-from tsvision.timeline.live import Live, LiveState
-from tsvision.timeline.sources import Arrival
 from tsvision.timeline.told import onset_values
 
 SHOWN = (

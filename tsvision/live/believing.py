@@ -1,8 +1,8 @@
 """The same account while it happens: one frame in, what is believed of it out.
 
-The hidden chain of `chain` runs forward only. Once a phase is there with the certainty asked for,
-the account of all frames so far is drawn up, exactly as for a finished recording, and its onset is
-the decision: live and afterwards, one piece of code tells the turn count.
+The hidden chain of `timeline.chain` runs forward only. Once a phase is there with the certainty
+asked for, the account of all frames so far is drawn up, exactly as for a finished recording, and
+its onset is the decision: live and afterwards, one piece of code tells the turn count.
 """
 
 from __future__ import annotations
