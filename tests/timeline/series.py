@@ -1,10 +1,10 @@
 """Simulated measurements of a recording, with truth: what a measuring core would hand over.
 
-Written for the tests of the timeline alone; it shares no code with it. A bundle of diameter D is
-wound from 0 turns; coiling sets in at one turn count, unevenness at another, knots nucleate, grow
-and drift. The measured series carry noise that grows with coiling, knots that hide from the view,
-false sightings, jitter, unmeasured frames and gaps. Unwinding lags: what the turns of
-winding show is still there `lag_turns` lower.
+Written for the tests of the timeline and of watching; it shares no code with either. A bundle of
+diameter D is wound from 0 turns; coiling sets in at one turn count, unevenness at another, knots
+nucleate, grow and drift. The measured series carry noise that grows with coiling, knots that hide
+from the view, false sightings, jitter, unmeasured frames and gaps. Unwinding lags: what the turns
+of winding show is still there `lag_turns` lower.
 """
 
 from __future__ import annotations
