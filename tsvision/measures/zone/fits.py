@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,18 +11,35 @@ from tsvision.measures.edges.edges import Edges
 from tsvision.measures.helix.bundle import (
     FLANK,
     SCALE_PX,
+    SWINGS,
     BundleFit,
     as_elsewhere,
     explains_as_much,
     fit_window,
     swing_px,
 )
+from tsvision.measures.helix.silhouette import Section
 from tsvision.measures.helix.unevenly import fit_unevenly
 from tsvision.measures.helix.weigh import told_by_noise, unsure
 from tsvision.measures.helix.windows import even_stretches
 from tsvision.measures.looks import Looks
 
 NAN = float("nan")
+# Widths from the apex on, from where a straight bundle is fitted, and a coil: that takes so much to
+# reach its full radius, and starting earlier costs 2 to 6 % of pitch. Where the apex is out of view
+# so much of either.
+STRAIGHT_FROM_D, COIL_FROM_D, UNSEEN_SKIP = 0.6, 2.4, 0.25
+LOOSE_END_D = 0.3  # at the end of what is seen, that is not fitted
+# Widths of a first straight fit, of the shortest later one and of the shortest tried again, and by
+# how much that has to end elsewhere; of a fit farther on.
+FIRST_D, LEAST_STRAIGHT_D, LEAST_AGAIN_D, OTHER_END_D, COILED_D = 7.0, 4.0, 2.0, 0.5, 8.0
+LOST = 0.5  # cost from which a fit describes nothing, and its pitch is not to go by
+# Widths behind the apex up to which the middle line is asked whether it swings, and the least of
+# them.
+BEYOND_D, LEAST_BEYOND_D = 10.0, 4.0
+# Widths in view from which mid-span is fitted apart; half of its stretch: a pitch, which is so many
+# widths where none is known, but no less than so many widths nor more than that share of all.
+MID_SPAN_D, USUAL_PITCH_D, LEAST_HALF_D, MOST_HALF = 12.0, 2.0, 3.5, 0.25
 SHOWN_TURNS = 2.0  # of the strands, that a straight fit beside the separator spans
 TRIED = 3  # stretches from the separator on, until one can be fitted at all
 LEAST_TURNS = 0.9  # that tell pitch and width apart
@@ -62,6 +79,38 @@ def expected_rate(looks: Looks, turns: float, start_px: float) -> float:
     return 2.0 * np.pi * max(abs(turns) - 0.25, 0.0) / (end - start_px)
 
 
+@dataclass(frozen=True)
+class _Span:
+    """What of a frame's bundle may be fitted: from the apex, or where that is out of view from the
+    first edges on (`first_px`), to near the last; `rate` as the motor leads one to expect."""
+
+    edges: Edges
+    section: Section
+    diameter_px: float
+    rate: float
+    first_px: float
+    start_px: float
+    last_px: float
+    apex_seen: bool
+
+    def after(self, widths: float) -> float:
+        """s (px) so many widths behind the apex; behind the first edges fewer will do, for there
+        the bundle has long been whole."""
+        skip = 1.0 if self.apex_seen else UNSEEN_SKIP
+        return self.start_px + widths * self.diameter_px * skip
+
+    def before_end(self, widths: float) -> float:
+        return self.last_px - widths * self.diameter_px
+
+    def fit(
+        self, low_px: float, high_px: float, before: BundleFit | None, coil: bool = True
+    ) -> BundleFit | None:
+        return fit_window(
+            self.edges, self.section, low_px, high_px, self.diameter_px, self.rate, before,
+            coil=coil,
+        )  # fmt: skip
+
+
 def fit_bundle(
     edges: Edges,
     looks: Looks,
@@ -72,58 +121,97 @@ def fit_bundle(
     best: BundleFit | None = None,
 ) -> tuple[BundleFit | None, BundleFit | None]:
     """Fits beside the separator and in mid-span, the frame before's tried first; best: of the
-    coils of earlier frames, see `best_known`.
+    coils of earlier frames, see `best_known`."""
+    span = _span(edges, looks, turns, apex_px)
+    if span is None:
+        return None, None
+    near = _near(span, near_before)
+    mid = _mid(span, near, mid_before)
+    return _agreed(edges, _as_known(edges, near, best), _as_known(edges, mid, best))
 
-    A straight bundle is fitted from 0.6 D after the apex on; coiling takes 2.4 D to reach its full
-    radius, and starting earlier costs 2-6 % of pitch.
-    """
+
+def _span(edges: Edges, looks: Looks, turns: float, apex_px: float) -> _Span | None:
+    """What may be fitted; None where hardly an edge is known."""
     d = looks.diameter_px
     known = np.flatnonzero((edges.upper_weight > 0) & (edges.lower_weight > 0))
-    if known.size < 1.0 * d:
-        return None, None
-    first, last = float(edges.s_px[known[0]]), float(edges.s_px[known[-1]]) - 0.3 * d
-    start = apex_px if np.isfinite(apex_px) else first
-    skip = 1.0 if np.isfinite(apex_px) else 0.25
+    if known.size < d:
+        return None
+    first, last = float(edges.s_px[known[0]]), float(edges.s_px[known[-1]])
+    seen = bool(np.isfinite(apex_px))
+    start = apex_px if seen else first
     rate = expected_rate(looks, turns, start)
-    beyond = edges.window(min(start + 2.4 * d * skip, last - 4.0 * d), start + 10.0 * d)
-    swings = swing_px(beyond) > 0.03 * d
-    near: BundleFit | None = None
-    if not swings:
-        low = start + 0.6 * d * skip
-        ends = low + 7.0 * d
-        if near_before is not None and not near_before.fit.coiled:
-            ends = start + max(SHOWN_TURNS * near_before.fit.pitch_px, 4.0 * d)
-        near = fit_window(
-            edges, looks.section, low, min(ends, last), d, rate, near_before, coil=False
-        )
-        if near is not None and near.fit.cost < 0.5:
-            high = min(start + max(SHOWN_TURNS * near.fit.pitch_px, 4.0 * d), last)
-            if abs(high - near.s_high_px) > 0.5 * d and high - low > 2.0 * d:
-                again = fit_window(edges, looks.section, low, high, d, rate, near, coil=False)
-                near = again or near
-    poor = near is None or _is_poor(edges, near)
-    if swings or poor:
-        low = min(start + 2.4 * d * skip, max(last - 7.0 * d, start + 0.6 * d * skip))
-        # Costs can be compared only where both limbs count alike.
-        part = edges if swings else replace(edges, trust=(1.0, 1.0))
-        for begins, ends in even_stretches(edges, low, last, d)[:TRIED]:
-            ends = min(begins + 8.0 * d, ends)
-            coiled = fit_window(part, looks.section, begins, ends, d, rate, near_before)
-            if near is not None or coiled is not None:
-                break
-        if near is None or (coiled is not None and _better(coiled, near)):
-            near = coiled or near
-    mid = None
-    middle = 0.5 * (first + last)
-    if last - first > 12.0 * d:
-        pitch = near.fit.pitch_px if near is not None else 2.0 * d
-        span = max(3.5 * d, min(pitch, 0.25 * (last - first)))
-        stretches = even_stretches(edges, start + 2.4 * d * skip, last, d)
-        low, high = min(stretches, key=lambda w: max(w[0] - middle, middle - w[1], 0.0))
-        centre = float(np.clip(middle, low + span, max(high - span, low + span)))
-        low, high = max(low, centre - span), min(high, centre + span)
-        mid = fit_window(edges, looks.section, low, high, d, rate, mid_before or near)
-    near, mid = _as_known(edges, near, best), _as_known(edges, mid, best)
+    return _Span(edges, looks.section, d, rate, first, start, last - LOOSE_END_D * d, seen)
+
+
+def _near(span: _Span, before: BundleFit | None) -> BundleFit | None:
+    """The fit beside the separator: straight where the middle hardly swings and that describes the
+    edges, else farther from the apex as well, where coils have come to their full radius."""
+    low = min(span.after(COIL_FROM_D), span.before_end(LEAST_BEYOND_D))
+    beyond = span.edges.window(low, span.start_px + BEYOND_D * span.diameter_px)
+    swings = swing_px(beyond) > SWINGS * span.diameter_px
+    near = None if swings else _straight(span, before)
+    if near is not None and not _is_poor(span.edges, near):
+        return near
+    # Costs can be compared only where both limbs count alike.
+    alike = span if swings else replace(span, edges=replace(span.edges, trust=(1.0, 1.0)))
+    farther = _farther(alike, before, near is not None)
+    if near is None or (farther is not None and _better(farther, near)):
+        return farther or near
+    return near
+
+
+def _straight(span: _Span, before: BundleFit | None) -> BundleFit | None:
+    """A straight fit from just behind the apex on, over SHOWN_TURNS of its own."""
+    low, least = span.after(STRAIGHT_FROM_D), LEAST_STRAIGHT_D * span.diameter_px
+
+    def end_of(pitch_px: float) -> float:
+        return min(span.start_px + max(SHOWN_TURNS * pitch_px, least), span.last_px)
+
+    if before is not None and not before.fit.coiled:
+        high = end_of(before.fit.pitch_px)
+    else:
+        high = min(low + FIRST_D * span.diameter_px, span.last_px)
+    near = span.fit(low, high, before, coil=False)
+    if near is None or near.fit.cost >= LOST:
+        return near
+    high = end_of(near.fit.pitch_px)
+    other = abs(high - near.s_high_px) > OTHER_END_D * span.diameter_px
+    if not other or high - low <= LEAST_AGAIN_D * span.diameter_px:
+        return near
+    return span.fit(low, high, near, coil=False) or near
+
+
+def _farther(span: _Span, before: BundleFit | None, once: bool) -> BundleFit | None:
+    """A fit, straight or coiled, from where coils have their full radius, between knots: of the
+    first stretch that can be fitted at all, or of the first alone (`once`)."""
+    low = min(span.after(COIL_FROM_D), max(span.before_end(FIRST_D), span.after(STRAIGHT_FROM_D)))
+    stretches = even_stretches(span.edges, low, span.last_px, span.diameter_px)
+    for begins, ends in stretches[: 1 if once else TRIED]:
+        high = min(begins + COILED_D * span.diameter_px, ends)
+        found = span.fit(begins, high, before)
+        if found is not None:
+            return found
+    return None
+
+
+def _mid(span: _Span, near: BundleFit | None, before: BundleFit | None) -> BundleFit | None:
+    """The fit nearest to the middle of what is in view, between knots; None of a short bundle."""
+    d, whole = span.diameter_px, span.last_px - span.first_px
+    if whole <= MID_SPAN_D * d:
+        return None
+    middle = 0.5 * (span.first_px + span.last_px)
+    pitch = near.fit.pitch_px if near is not None else USUAL_PITCH_D * d
+    half = max(LEAST_HALF_D * d, min(pitch, MOST_HALF * whole))
+    stretches = even_stretches(span.edges, span.after(COIL_FROM_D), span.last_px, d)
+    low, high = min(stretches, key=lambda w: max(w[0] - middle, middle - w[1], 0.0))
+    centre = float(np.clip(middle, low + half, max(high - half, low + half)))
+    return span.fit(max(low, centre - half), min(high, centre + half), before or near)
+
+
+def _agreed(
+    edges: Edges, near: BundleFit | None, mid: BundleFit | None
+) -> tuple[BundleFit | None, BundleFit | None]:
+    """Both fits, where one of a coil is unsure or another branch, as the other has its strands."""
     if near is not None and mid is not None and mid.fit.coiled:
         if unsure(near.fit) or _contradict(near, mid):
             near = as_elsewhere(edges, near, mid)
