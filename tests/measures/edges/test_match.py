@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,11 +13,10 @@ from tsvision.measures.edges.find import _quality
 from tsvision.measures.edges.match import match_edges
 from tsvision.measures.edges.shading import (
     LAMPS_RAD,
+    Shading,
     edge_samples,
     inside_at,
-    make_shading,
     mean_profile,
-    undivided,
 )
 
 
@@ -25,7 +26,7 @@ def test_every_column_is_matched_wherever_its_edge_lies(edge: float, outward: in
     """Noise-free columns of the template's own shape, started up to 1 px off. Measured: 0.013 px,
     a quarter of the step on which the template is sampled."""
     lamps = 0.7 * np.isclose(LAMPS_RAD, 0.0)
-    shade = make_shading(8.0, 1.0, 0.3, lamps)
+    shade = Shading(8.0, 1.0, 0.3, lamps)
     rows = np.arange(41.0)
     column = 0.17 + tube(outward * (edge - rows), 8.0, 1.0, 0.3, 0.7, 0.0)
     values = np.repeat(column[:, None], 5, axis=1).astype(np.float32)
@@ -41,7 +42,7 @@ def test_nothing_is_looked_up_beyond_the_template(monkeypatch: pytest.MonkeyPatc
     """A limb that hardly any light reaches, of a strand thicker than the template is long: behind
     its end lies memory of something else, or none (photos of yarn: a crash one time in two)."""
     monkeypatch.setattr(match, "_match", match._match.py_func)  # compiled, no index is checked
-    shade = make_shading(60.0, 1.0, 0.0, 1.0 * np.isclose(LAMPS_RAD, np.deg2rad(-45.0)))
+    shade = Shading(60.0, 1.0, 0.0, 1.0 * np.isclose(LAMPS_RAD, np.deg2rad(-45.0)))
     assert inside_at(shade, match.LIT) > 27.0
     values = tube(70.0 - np.arange(90.0), 60.0, 1.0, 0.0, 0.7, -0.7)[:, None].astype(np.float32)
     match_edges(values, np.array([72.0]), 1, shade, np.zeros(1), 2.5)
@@ -51,7 +52,7 @@ def test_nothing_is_looked_up_beyond_the_template(monkeypatch: pytest.MonkeyPatc
 def test_an_edge_blurred_farther_than_the_template_reaches(off_px: float) -> None:
     """Blur 6 px: what the template was taken to be beyond its end put the edge 0.5 to 2 px off."""
     lamps = 0.7 * np.isclose(LAMPS_RAD, 0.0)
-    shade = make_shading(15.0, 6.0, 0.3, lamps)
+    shade = Shading(15.0, 6.0, 0.3, lamps)
     values = tube(40.3 - np.arange(80.0), 15.0, 6.0, 0.3, 0.7, 0.0)[:, None].astype(np.float32)
     found, _, residual = match_edges(values, np.array([40.3 + off_px]), 1, shade, np.zeros(1), 2.5)
     assert found[0] == pytest.approx(40.3, abs=0.05)
@@ -62,7 +63,7 @@ def test_an_edge_blurred_farther_than_the_template_reaches(off_px: float) -> Non
 def test_a_fibre_is_told_by_how_little_it_stands_out(height: float) -> None:
     """The step's depth is held near the template's; what is told of a column is not: less than
     twice the height."""
-    shade = make_shading(5.0, 0.9, 0.25, 0.9 * np.isclose(LAMPS_RAD, np.deg2rad(-22.5)))
+    shade = Shading(5.0, 0.9, 0.25, 0.9 * np.isclose(LAMPS_RAD, np.deg2rad(-22.5)))
     rows = np.arange(41.0)
     b, c = 0.9 * np.cos(np.deg2rad(-22.5)), 0.9 * np.sin(np.deg2rad(-22.5))
     values = height * tube(20.3 - rows, 5.0, 0.9, 0.25, b, c)[:, None].astype(np.float32)
@@ -85,7 +86,7 @@ def test_a_dark_limb_is_found_however_much_of_the_lamp_reaches_it(
     the template's. Measured: up to 0.16 px; scaled as a whole the template lies up to 0.62 px too
     far out where the ramp is weak."""
     lamp = np.isclose(LAMPS_RAD, np.deg2rad(-22.5))
-    shade = make_shading(5.0, 0.9, 0.25, 0.9 * lamp)
+    shade = Shading(5.0, 0.9, 0.25, 0.9 * lamp)
     edge, rows = 20.3, np.arange(41.0)
     side = tube(edge - rows, 5.0, 0.9, 0.25, 0.0, 0.0)
     b, c = 0.9 * np.cos(np.deg2rad(-22.5)), 0.9 * np.sin(np.deg2rad(-22.5))
@@ -94,7 +95,9 @@ def test_a_dark_limb_is_found_however_much_of_the_lamp_reaches_it(
     found, _, _ = match_edges(values, np.array([edge + 0.3]), 1, shade, np.zeros(1))
     assert abs(found[0] - edge) < 0.18
     if ramp == 0.0:
-        as_one, _, _ = match_edges(values, np.array([edge + 0.3]), 1, undivided(shade), np.zeros(1))
+        as_one, _, _ = match_edges(
+            values, np.array([edge + 0.3]), 1, replace(shade, undivided=True), np.zeros(1)
+        )
         assert not abs(as_one[0] - edge) < 0.3
 
 

@@ -13,7 +13,7 @@ from tsvision.images.strip import straight_axis
 from tsvision.measures.edges.cut import Cut
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.edges.find import find_edges
-from tsvision.measures.edges.shading import LAMPS_RAD, make_shading, plain_shading
+from tsvision.measures.edges.shading import LAMPS_RAD, Shading, plain_shading
 from tsvision.measures.edges.strands import Silhouette
 from tsvision.measures.edges.unmatched import with_outline
 
@@ -81,7 +81,7 @@ def test_a_side_whose_light_was_not_learnt_is_read_by_the_other_sides() -> None:
     cut = a_cut(8)
     cut = replace(cut, contrast=gaussian_filter1d(cut.contrast, 1.0, axis=0))
     plain = plain_shading(5.0)
-    falling = make_shading(5.0, 1.0, 0.0, np.full(LAMPS_RAD.size, -0.02))
+    falling = Shading(5.0, 1.0, 0.0, np.full(LAMPS_RAD.size, -0.02))
     found, both = find_edges(cut, (falling, plain)), find_edges(cut, (plain, plain))
     assert (found.upper_weight[20:] > 0.5).all() and (found.lower_weight[20:] > 0.5).all()
     np.testing.assert_array_equal(found.upper_px, both.upper_px)

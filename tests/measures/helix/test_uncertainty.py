@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tsvision.measures.edges.shading import LAMPS_RAD, Shading, make_shading, plain_shading
+from tsvision.measures.edges.shading import LAMPS_RAD, Shading, plain_shading
 from tsvision.measures.helix.section import pair_core
 from tsvision.measures.helix.uncertainty import (
     diameter_sd_px,
@@ -40,7 +40,7 @@ def lit_from(theta_deg: float, ambient: float) -> tuple[Shading, Shading]:
     sides = []
     for sign in (1.0, -1.0):
         lamps = np.where(np.isclose(LAMPS_RAD, sign * np.deg2rad(theta_deg)), 1.5, 0.0)
-        sides.append(make_shading(4.0, 0.8, ambient, lamps))
+        sides.append(Shading(4.0, 0.8, ambient, lamps))
     return sides[0], sides[1]
 
 

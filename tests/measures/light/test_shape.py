@@ -133,7 +133,7 @@ def test_a_side_that_hardly_has_the_masks_level_is_still_matched() -> None:
     side = looks.shading[0]
     weak = 0.99 * cut.mask_levels[0] * np.minimum(side.template / side.template.max(), 1.0)
     weak[1.5 * side.rho_px < TEMPLATE_GRID_PX] = 1.01 * cut.mask_levels[0]
-    found = find_edges(cut, (replace(side, template=weak), looks.shading[1]))
+    found = find_edges(cut, (replace(side, added=weak - side.template), looks.shading[1]))
     assert (found.upper_weight > 0.0).mean() > 0.5
 
 

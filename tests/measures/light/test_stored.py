@@ -12,7 +12,7 @@ from tsvision.measures.edges.shading import (
     LAMPS_RAD,
     TEMPLATE_GRID_PX,
     EdgeProfile,
-    make_shading,
+    Shading,
 )
 from tsvision.measures.light.shading_fit import fit_shading
 from tsvision.measures.light.stored import Stored, coded, without
@@ -23,7 +23,7 @@ GREEN, DIM_GREY = np.array([0.05, 0.30, 0.08]), np.full(3, 0.05)  # linear, blue
 AMBIENT, FRONT = 0.5, 0.5  # of the light on the core
 WEIGHTS = np.array([-0.4, 0.3, -0.3])
 STORED = Stored(GREEN, DIM_GREY, WEIGHTS, float("nan"), SEEN_PX)
-SHADING = make_shading(
+SHADING = Shading(
     RHO_PX,
     SEEN_PX,
     STORED.black + (1.0 - STORED.black) * AMBIENT,

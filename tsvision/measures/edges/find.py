@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numba
 import numpy as np
 
@@ -10,7 +12,7 @@ from tsvision.measures.edges.cut import Cut
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.edges.match import match_edges, rows_per_px
 from tsvision.measures.edges.match_steep import match_steep
-from tsvision.measures.edges.shading import Shading, inside_at, undivided
+from tsvision.measures.edges.shading import Shading, inside_at
 from tsvision.measures.numeric.line import slope_of
 
 LEAST_RISE = 0.3  # of the core's contrast, from the ground to within a strand
@@ -70,7 +72,7 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
     found = []
     shades = shading if cut.sunk else _rising(shading)
     if cut.in_colour:  # a hue fades at a limb for other reasons than that no lamp reaches it
-        shades = undivided(shades[0]), undivided(shades[1])
+        shades = replace(shades[0], undivided=True), replace(shades[1], undivided=True)
     sides = zip(lit_edges(cut), cut.dim, (1, -1), shades, cut.mask_levels, strict=True)
     for rough, dim, outward, shade, level in sides:
         # Under a wide blur the rough edge lies further out than a match finds back from, before a

@@ -28,8 +28,8 @@ finds light, ground, blur and the true edges' places from it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -81,17 +81,17 @@ class EdgeProfile:
 class Shading:
     """How the edge of one side looks.
 
-    blur_px: sd of the blur; rho_px: strand radius; ambient and lamps (13,) in units of the core's
-    contrast; place_sd_px: how well the edge's place was told (both sides' in quadrature give that
-    of the width); beyond_px: how much farther out the true edge lies than where the template is
-    found; loss: of light at the limb; mirrored: contrast that is lost there to the ground's light;
-    sunk: whether the limb is seen, darker than its ground;
-    template: the profile on the module's grid; step: the share of it that begins at the limb
-    itself, at full height: what else there is begins further in, where lamps reach, or fades.
+    rho_px: strand radius; blur_px: sd of the blur; ambient and lamps (13,) in units of the core's
+    contrast, with their sign (< 0: they reduce it); place_sd_px: how well the edge's place was told
+    (both sides' in quadrature give that of the width); beyond_px: how much farther out the true
+    edge lies than where the template is found; loss: of light at the limb; mirrored: contrast that
+    is lost there to the ground's light; sunk: whether the limb is seen, darker than its ground;
+    added: (T,) what storing the picture adds to the profile, on the module's grid; undivided:
+    whether all of the profile counts as a step, to be scaled by one factor.
     """
 
-    blur_px: float
     rho_px: float
+    blur_px: float
     ambient: float
     lamps: np.ndarray
     place_sd_px: float = 0.0
@@ -99,8 +99,29 @@ class Shading:
     loss: float = 0.0
     mirrored: float = 0.0
     sunk: bool = False
-    template: np.ndarray = field(default_factory=lambda: np.empty(0))
-    step: np.ndarray = field(default_factory=lambda: np.empty(0))
+    added: np.ndarray | None = None
+    undivided: bool = False
+
+    @cached_property
+    def template(self) -> np.ndarray:
+        """The profile (T,) on the module's grid."""
+        shapes = lamp_shapes(self.rho_px, self.blur_px, self.loss)
+        lit = np.concatenate([[self.ambient], self.lamps]) @ shapes - self._lost
+        return np.asarray(lit if self.added is None else lit + self.added)
+
+    @cached_property
+    def step(self) -> np.ndarray:
+        """The share (T,) of it that begins at the limb itself, at full height: what else there is
+        begins further in, where lamps reach, or fades."""
+        if self.undivided:
+            return self.template
+        shapes = lamp_shapes(self.rho_px, self.blur_px, self.loss)
+        return np.asarray(limb_level(self.ambient, self.lamps) * shapes[0] - self._lost)
+
+    @property
+    def _lost(self) -> np.ndarray | float:
+        """What the limb mirrors of the ground's light (T,)."""
+        return self.mirrored * mirror_shape(self.rho_px, self.blur_px) if self.mirrored else 0.0
 
 
 def inside_px(rho_px: float) -> float:
@@ -177,56 +198,15 @@ def lamp_shapes(rho_px: float, blur_px: float, loss: float = 0.0) -> np.ndarray:
     return shapes
 
 
-def make_shading(
-    rho_px: float,
-    blur_px: float,
-    ambient: float,
-    lamps: np.ndarray,
-    place_sd_px: float = 0.0,
-    beyond_px: float = 0.0,
-    loss: float = 0.0,
-    mirrored: float = 0.0,
-    sunk: bool = False,
-) -> Shading:
-    """Shading with its template; `lamps` (13,) carry their sign (< 0: they reduce the contrast)."""
-    shapes = lamp_shapes(rho_px, blur_px, loss)
-    lost = mirrored * mirror_shape(rho_px, blur_px) if mirrored else 0.0
-    template = np.concatenate([[ambient], lamps]) @ shapes - lost
-    step = limb_level(ambient, lamps) * shapes[0] - lost
-    return Shading(
-        blur_px=blur_px,
-        rho_px=rho_px,
-        ambient=ambient,
-        lamps=lamps,
-        place_sd_px=place_sd_px,
-        beyond_px=beyond_px,
-        loss=loss,
-        mirrored=mirrored,
-        sunk=sunk,
-        template=template,
-        step=step,
-    )
-
-
-def raised(shading: Shading, added: np.ndarray) -> Shading:
-    """The shading with a template that is higher by `added` (T,)."""
-    return replace(shading, template=shading.template + added)
-
-
 def limb_level(ambient: float, lamps: np.ndarray) -> float:
     """The signal at the limb itself, where only what shines from its own side falls."""
     return ambient + float(lamps @ np.maximum(np.sin(LAMPS_RAD), 0.0))
 
 
-def undivided(shading: Shading) -> Shading:
-    """The shading with all of its template for a step, to be scaled by one factor."""
-    return replace(shading, step=shading.template)
-
-
 def plain_shading(rho_px: float, blur_px: float = 1.0) -> Shading:
     """A strand evenly lit with some light from the camera's side, before anything is learnt."""
     lamps = np.where(np.isclose(LAMPS_RAD, 0.0), 0.2, 0.0)
-    return make_shading(rho_px, blur_px, 0.8, lamps)
+    return Shading(rho_px, blur_px, 0.8, lamps)
 
 
 def ramps_outside(t_px: np.ndarray) -> list[np.ndarray]:

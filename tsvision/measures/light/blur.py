@@ -7,6 +7,8 @@ limb for the edge, or the edge for the ramp: 6 px of shake moved D by 2 px.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.optimize import least_squares
 
@@ -17,7 +19,6 @@ from tsvision.measures.edges.shading import (
     EdgeProfile,
     Shading,
     averaged_blur_px,
-    make_shading,
 )
 from tsvision.measures.helix.bundle import BundleFit
 from tsvision.measures.helix.silhouette import model_edges
@@ -90,20 +91,7 @@ def blur_of(profiles: tuple[EdgeProfile, EdgeProfile], shading: tuple[Shading, S
 
 def with_blur(shading: tuple[Shading, Shading], blur_px: float) -> tuple[Shading, Shading]:
     """The same light under another blur."""
-    upper, lower = (
-        make_shading(
-            s.rho_px,
-            blur_px,
-            s.ambient,
-            s.lamps,
-            s.place_sd_px,
-            s.beyond_px,
-            s.loss,
-            s.mirrored,
-            s.sunk,
-        )
-        for s in shading
-    )
+    upper, lower = (replace(s, blur_px=blur_px) for s in shading)
     return upper, lower
 
 

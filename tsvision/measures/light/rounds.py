@@ -16,7 +16,7 @@ import numpy as np
 from tsvision.measures.edges.cut import Cut
 from tsvision.measures.edges.edges import Edges
 from tsvision.measures.edges.find import find_edges
-from tsvision.measures.edges.shading import Shading, raised
+from tsvision.measures.edges.shading import Shading
 from tsvision.measures.helix.bundle import SWINGS, BundleFit, fit_window, swing_px
 from tsvision.measures.helix.silhouette import RHO, Y0, Section
 from tsvision.measures.helix.uncertainty import light_sd_px
@@ -192,7 +192,7 @@ def _taught(
             beside=NONE if look.bright is None else look.bright.beside(cuts, rho, rows),
         )
         if look.stored is not None:
-            upper, lower = raised(upper, added[0]), raised(lower, added[1])
+            upper, lower = replace(upper, added=added[0]), replace(lower, added=added[1])
         shading, places_px = (upper, lower), places_px + off_px
         light = shading
         if np.abs(off_px).max() < AIMED_PX:

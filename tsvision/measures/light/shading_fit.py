@@ -34,7 +34,6 @@ from tsvision.measures.edges.shading import (
     averaged_blur_px,
     lamp_shapes,
     limb_loss,
-    make_shading,
     mirror_shape,
     mirrored_share,
     ramp_prior,
@@ -101,7 +100,7 @@ def fit_shading(
     for i, own in enumerate(lights):
         ambient, lamps = system.black + gain * float(own[0]), gain * own[1 : 1 + LAMPS_RAD.size]
         sides.append(
-            make_shading(
+            Shading(
                 rho_px,
                 float(q[0]),
                 ambient,
