@@ -83,3 +83,13 @@ def test_a_knot_jammed_at_the_separator_is_the_bundle_s() -> None:
     found = outline(seen(*beside_plate(JAMMED)), WIDTH_PX, 15.0, 0, 0.5)
     assert found.apex_column == 0.0
     assert found.bundle.all()
+
+
+def test_ground_in_the_shadow_of_a_plate_is_no_knot() -> None:
+    """Soft, and as long as it is wide: a knot four times as thick as its bundle was told there in
+    seven frames of eight, and the onset 26 turns too early (`wild 1306`)."""
+    ramp = np.interp(np.arange(150), [0, 15, 140, 150], [20.0, HALF + 9.0, HALF + 9.0, 15.0])
+    found = outline(seen(*beside_plate(ramp)), WIDTH_PX, 15.0, 0, 0.5)
+    assert not found.bundle[:135].any()
+    assert found.bundle[160:].all()
+    assert np.isnan(found.apex_column)  # strings come out of the shadow there

@@ -148,6 +148,11 @@ def outline(
         apex += _between_legs(low[first:], high[first:], width_px, half)
         bundle[first : int(apex)] = False
         apex = apex if bundle.any() else float("nan")
+    # What reaches from border to border has no ground beside it: that lies in a shadow there.
+    clear = bundle & ~((run_low <= -half) & (run_high >= half))
+    if (bundle & ~clear).any():
+        bundle, first_clear = _twisted_part(clear, width_px, start)
+        apex = apex if first_clear == apex else float("nan")
     low = np.where(bundle, low, np.nan)
     high = np.where(bundle, high, np.nan)
     return Silhouette(low, high, bundle, apex, cut & bundle)
