@@ -61,6 +61,24 @@ def test_a_dark_limb_is_no_shadow_of_a_hue_that_shadows_do_not_have() -> None:
     assert width > 0.9 * BUNDLE_PX
 
 
+@pytest.mark.parametrize("noise", [0.05, 0.3, 0.4])
+def test_strings_that_stand_out_less_than_a_pixel_s_noise_are_seen(noise: float) -> None:
+    """By their hue blue strings hardly stand out from blue cloth, pixel by pixel; noise closed to
+    one mask, and no bundle was found that anyone sees (`colours --only 273`)."""
+    n, _ = np.mgrid[-HALF_PX : HALF_PX + 1, 0:COLUMNS].astype(float)
+    light = 0.2 + 0.5 * (np.abs(n) <= 0.5 * BUNDLE_PX)
+    rng = np.random.default_rng(1)
+    strips = [
+        Strip((light + rng.normal(0.0, 0.5 * noise, n.shape)).astype(np.float32), 0.0, HALF_PX)
+        for _ in range(2)
+    ]
+    masks, _ = masks_of(strips, LUMA, BUNDLE_PX, rough=False)
+    for mask in masks:
+        wide = mask[HALF_PX - 15 : HALF_PX + 16].sum(axis=0)
+        assert np.median(wide) == pytest.approx(BUNDLE_PX, abs=2.0)
+        assert mask[: HALF_PX - 15].mean() < 0.02
+
+
 def glossy_strip(seed: int, side: int) -> Strip:
     """Black strings that gleam, and beside them a shadow nearly as dark as the gleam: soft where it
     ends, and they sharp on it."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 
 from tsvision.images.ground import above_ground, nan_median
 from tsvision.images.linear import project
+from tsvision.images.percentiles import median
 from tsvision.images.signal import Signal, Way
 from tsvision.images.strip import Strip, averaged
 from tsvision.images.telling import of_bundle
@@ -13,6 +15,7 @@ from tsvision.images.telling import of_bundle
 DIM = 0.4  # of the core's light: a limb's
 ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
 BESIDE = 24  # rows of it that are asked what a column shows there
+STEPS_APART = 3  # columns: of the neighbours whose differences tell the noise
 GROUND_FROM = 1.3  # widths from the axis; nearer lie the strings, and no legs yet
 
 
@@ -104,6 +107,28 @@ def _typical(columns: np.ndarray, beside: np.ndarray | None) -> float:
     if beside is not None:
         columns = columns[of_bundle(np.abs(columns - np.nan_to_num(beside[known])))]
     return float(np.median(columns))
+
+
+def noise_of(contrast: np.ndarray, rows: np.ndarray) -> float:
+    """sd of the pixels' noise in some rows of a contrast (R, M), from what neighbours differ by:
+    however uneven the ground is. NaN where none are known."""
+    steps = _steps(contrast, rows)
+    return float(1.4826 * median(steps) / 1.41) if steps.size else float("nan")
+
+
+@numba.njit(cache=True)
+def _steps(contrast, rows):  # pragma: no cover - compiled
+    """By how much (K,) some neighbours differ along some rows of a contrast (R, M), where both are
+    known."""
+    columns = contrast.shape[1]
+    out = np.empty(rows.size * columns, contrast.dtype)
+    count = 0
+    for r in rows:
+        row = contrast[r]
+        for c in range(0, columns - 1, STEPS_APART):
+            out[count] = abs(row[c + 1] - row[c])
+            count += np.isfinite(out[count])
+    return out[:count]
 
 
 def straight_contrast(strip: Strip, signal: Signal, width: float) -> np.ndarray:

@@ -19,7 +19,7 @@ from tsvision.images.colour import Ground, learn_ground
 from tsvision.images.contrast import GROUND_FROM, straight_contrast
 from tsvision.images.cord import SHORTEST_WIDTHS, cord_contrast, cord_map, core_mask, follow
 from tsvision.images.linear import to_linear
-from tsvision.images.masks import mask_level, string_mask
+from tsvision.images.masks import mask_level, quiet_strip, string_mask
 from tsvision.images.runs import leg_columns, single_columns
 from tsvision.images.shrink import shrunk
 from tsvision.images.sight import SEARCH_PX, Sight
@@ -156,7 +156,7 @@ def _straight_px(
     for picture in pictures:
         linear = to_linear(shrunk(picture[y0 : y0 + h, x0 : x0 + w], factor), sight.gamma)
         strip = cut_strip(linear, axis, (0.0, axis.length_px), half)
-        contrast = straight_contrast(strip, sight.signal, width)
+        contrast = quiet_strip(straight_contrast(strip, sight.signal, width), width)
         level = max(mask_level(contrast, GROUND_FROM * width), sight.shadow_level)
         mask = string_mask(contrast, 0.2 * width, level, sight.shade)
         lengths.append(single_columns(mask, half, width).sum())
@@ -181,7 +181,7 @@ def _bundle_range(
     for part in parts:
         linear = to_linear(shrunk(part, factor), sight.gamma)
         strip = cut_strip(linear, axis, (0.0, axis.length_px), half)
-        contrast = straight_contrast(strip, sight.signal, width)
+        contrast = quiet_strip(straight_contrast(strip, sight.signal, width), width)
         mask = string_mask(contrast, 0.2 * width, mask_level(contrast, GROUND_FROM * width))
         seen.append(leg_columns(mask, half, width))
     legs = np.mean(seen, axis=0) > 0.5

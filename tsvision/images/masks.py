@@ -6,7 +6,7 @@ import cv2
 import numba
 import numpy as np
 
-from tsvision.images.contrast import GROUND_FROM, ROUGH, scaled_contrast
+from tsvision.images.contrast import GROUND_FROM, ROUGH, noise_of, scaled_contrast
 from tsvision.images.percentiles import median
 from tsvision.images.shadow import (
     DARKENS,
@@ -19,10 +19,12 @@ from tsvision.images.shadow import (
     typical_shadow,
 )
 from tsvision.images.signal import Signal
-from tsvision.images.strip import Strip
+from tsvision.images.strip import Strip, averaged
 
 DEEPEST_CHROMA = 0.25  # contrast to which blocks of compressed colour reach beside strands
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
+# sds of the noise that lie below MASK_LEVEL; of a bundle's width, that squares are to average over.
+BEYOND_NOISE, SMALL = 3.0, 0.15
 # Of the core's contrast in most strips: less is the ground's, between legs of hardly a turn.
 SHOWN, MOST = 0.5, 75.0
 
@@ -38,6 +40,14 @@ def mask_level(contrast: np.ndarray, inner_px: float) -> float:
         return MASK_LEVEL
     spread = 1.4826 * median(np.abs(ground - median(ground)))
     return float(np.clip(5.0 * spread, 0.09, MASK_LEVEL))
+
+
+def quiet(contrast: np.ndarray, noise: float, width: float) -> np.ndarray:
+    """A contrast strip (R, M) to outline strings in: averaged over squares, much smaller than they,
+    where the noise of a pixel would reach the level at which they begin. Noise so dense closes to
+    one mask, and strings that anybody sees are not seen. noise: sd, core 1; width: the bundle's."""
+    side = int(np.ceil(BEYOND_NOISE * noise / MASK_LEVEL))
+    return averaged(contrast, min(side | 1, max(round(SMALL * width), 1) | 1) if side > 1 else 1)
 
 
 def string_mask(
@@ -103,6 +113,14 @@ def _shadow_in(
     return find_shadow(contrast, inner_px, least, deepest, cast, blackest)
 
 
+def quiet_strip(contrast: np.ndarray, width: float) -> np.ndarray:
+    """`quiet`, of a strip whose noise is not known yet."""
+    half = contrast.shape[0] // 2
+    outside = np.flatnonzero(np.abs(np.arange(-half, half + 1)) > GROUND_FROM * width)[::3]
+    noise = noise_of(contrast, outside)
+    return quiet(contrast, noise, width) if np.isfinite(noise) else contrast
+
+
 def masks_of(
     strips: list[Strip],
     signal: Signal,
@@ -113,8 +131,9 @@ def masks_of(
     """Masks of the strings in some strips, and what shadow could be in them. between: whether the
     axis may run between legs most of the way."""
     scaled = [scaled_contrast(s, signal, width, rough, between) for s in strips]
-    least = [mask_level(c, GROUND_FROM * width) for c, _, _ in scaled]
     levels = np.abs([level for _, _, level in scaled])
+    scaled = [(quiet_strip(c, width), black, level) for c, black, level in scaled]
+    least = [mask_level(c, GROUND_FROM * width) for c, _, _ in scaled]
     shown = levels >= SHOWN * np.percentile(levels, MOST)
     shadows = [
         _shadow_in(c, GROUND_FROM * width, low, black, signal, rough)

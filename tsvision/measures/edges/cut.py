@@ -8,10 +8,10 @@ from functools import cached_property
 import numba
 import numpy as np
 
-from tsvision.images.contrast import black_contrast, raw_contrast
+from tsvision.images.contrast import black_contrast, noise_of, raw_contrast
 from tsvision.images.ground import nan_median
 from tsvision.images.linear import linear_signal, project, to_linear
-from tsvision.images.masks import MASK_LEVEL, mask_level
+from tsvision.images.masks import MASK_LEVEL, mask_level, quiet
 from tsvision.images.percentiles import median, percentile
 from tsvision.images.shadow import NO_SHADE
 from tsvision.images.sight import Sight
@@ -22,7 +22,6 @@ from tsvision.measures.edges.strands import Silhouette, outline
 from tsvision.measures.edges.tones import even_out
 
 GROUND_FROM = 1.35  # widths from the axis
-STEPS_APART = 3  # columns: of the neighbours whose differences tell the noise
 LOST = 0.5  # of the core's contrast in other frames, below which it is the ground's between legs
 LEAST_LIGHT = 0.02  # of full light: what the ground's is taken for at least
 FULL = 0.985  # of the highest code, for coding adds to it: there the sensor is full
@@ -101,8 +100,8 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     # With few turns the axis lies between the legs most of the way: trust the brighter columns.
     level = sight.sense * percentile(columns, 80.0)
     beside = np.flatnonzero(np.abs(n) > inner)[::6]
-    steps = _steps(contrast, beside)
-    if steps.size == 0:
+    ground_noise = noise_of(contrast, beside)
+    if np.isnan(ground_noise):
         return None  # no ground in view beside an axis this wide
     lit = light[beside, ::GROUND_STEP]
     ground_light = max(median(lit[np.isfinite(lit)]), LEAST_LIGHT)
@@ -110,7 +109,6 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     # With hardly any not even those are the bundle's, which shows what it did in other frames.
     if abs(share) < LOST * abs(sight.core_share):
         level = sight.core_share * ground_light
-    ground_noise = 1.4826 * median(steps) / 1.41
     if not np.isfinite(level) or abs(level) < max(1e-4, 1.5 * ground_noise):
         return None
     _scale(contrast, level * falloff_along(core / level, sight.width_px))
@@ -118,7 +116,8 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     if sight.faint_tone < 1.0:
         contrast = even_out(contrast, sight.width_px, strand_px, sight.faint_tone)
         mask, shade = MASK_LEVEL, NO_SHADE
-    silhouette = outline(contrast, sight.width_px, strand_px, 0, mask, shade)
+    shown = quiet(contrast, abs(ground_noise / level), sight.width_px)
+    silhouette = outline(shown, sight.width_px, strand_px, 0, mask, shade)
     # What is told by its colour, or by being darker, does not vanish where no light falls.
     none = np.full(contrast.shape[1], np.nan)
     dim, sunk = (none, none), 0
@@ -176,21 +175,6 @@ def _full_share(pixels, centre, along, off, full):  # pragma: no cover - compile
                         reached += 1
                         break
     return reached / max(seen, 1)
-
-
-@numba.njit(cache=True)
-def _steps(contrast, rows):  # pragma: no cover - compiled
-    """By how much (K,) some neighbours differ along some rows of a contrast (R, M), where both are
-    known."""
-    columns = contrast.shape[1]
-    out = np.empty(rows.size * columns, contrast.dtype)
-    count = 0
-    for r in rows:
-        row = contrast[r]
-        for c in range(0, columns - 1, STEPS_APART):
-            out[count] = abs(row[c + 1] - row[c])
-            count += np.isfinite(out[count])
-    return out[:count]
 
 
 def _black(values: np.ndarray, contrast: np.ndarray, n: np.ndarray, sight: Sight) -> float:
