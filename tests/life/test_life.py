@@ -136,6 +136,22 @@ def test_own_table_with_stopped_tests(tmp_path: Path, capsys: pytest.CaptureFixt
     assert "1 stopped" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_semicolons_and_tabs_part_values_too(separator: str, tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    rows = ["load_N, turns,cycles,contraction_mm", "10,20,900.5,15", "20,20,100,15"]
+    path.write_text("\n".join(rows).replace(",", separator))
+    tests = read_tests(path)
+    assert tests.turns.tolist() == [20, 20] and tests.cycles.tolist() == [900.5, 100]
+
+
+def test_a_decimal_comma_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    path.write_text("load_N;turns;cycles;contraction_mm\n10;20;900;15,5\n")
+    with pytest.raises(InputError, match="row 1: contraction_mm is '15,5'; write a decimal point"):
+        read_tests(path)
+
+
 @pytest.mark.parametrize(
     "text",
     [

@@ -112,6 +112,22 @@ def test_measured_folders_and_tables_together(
     assert "run_one" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_semicolons_and_tabs_part_values_too(separator: str, tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    path.write_text("N,d,load,diameter\n2,0.24,20,0.48\n6,0.24,20,0.87\n".replace(",", separator))
+    bundles, _ = read_bundles([path])
+    assert bundles.strings.tolist() == [2, 6] and bundles.diameter_mm.tolist() == [0.48, 0.87]
+
+
+def test_a_decimal_comma_is_named(tmp_path: Path) -> None:
+    """Of a load it would else be lost without a word."""
+    path = tmp_path / "own.csv"
+    path.write_text("N;d;load;diameter\n2;0.24;19,6;0.48\n")
+    with pytest.raises(InputError, match="row 1: '19,6' in column 'load'; write a decimal point"):
+        read_bundles([path])
+
+
 @pytest.mark.parametrize(
     "changes", [{"diameter_mm": {"value": None, "sd": None}}, {"rig": {"strings.count": 4}}]
 )

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import difflib
 import math
-import re
 
 from tsvision.errors import InputError
 from tsvision.mechanisms.shelf import OBSERVABLES
 from tsvision.records import Rig
+from tsvision.separators import has_decimal_comma
 from tsvision.units import kgf_to_newton
 
 NAN = float("nan")
-_DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d+\s*")
 CONSTANTS = (
     "strings",
     "string_diameter_mm",
@@ -79,7 +78,7 @@ def number(text: object, column: str, line: int, where: str) -> float:
     try:
         found = float(text)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        mend = "write a decimal point" if _DECIMAL_COMMA.fullmatch(str(text)) else "mend it"
+        mend = "write a decimal point" if has_decimal_comma(text) else "mend it"
         raise InputError(
             f"{where}, line {line}: '{text}' in column '{column}' is no number; {mend} or empty it"
         ) from None

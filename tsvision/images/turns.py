@@ -18,7 +18,7 @@ from typing import TextIO
 import numpy as np
 
 from tsvision.errors import InputError
-from tsvision.separators import separator_of
+from tsvision.separators import has_decimal_comma, separator_of
 
 COLUMNS = ("turns", "time_s", "displacement_mm", "load_N", "cycle")
 _EMPTY = {"", "nan", "na", "n/a", "none", "null", "-"}
@@ -256,7 +256,7 @@ def number(table: Path, line: int, column: str, text: str) -> float:
     except ValueError:
         value = math.inf
     if math.isinf(value):
-        hint = "write a decimal point" if re.fullmatch(r"[-+]?\d+,\d+", text) else "write a number"
+        hint = "write a decimal point" if has_decimal_comma(text) else "write a number"
         raise InputError(
             f"{table}, line {line}: {column} {text[:40]!r} is no number; {hint} or leave it empty"
         )

@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from tsvision.data import table
-from tsvision.errors import InputError, why_unread
+from tsvision.errors import InputError
+from tsvision.separators import has_decimal_comma, read_frame
 from tsvision.units import kgf_to_newton
 
 COLUMNS = ("load_N", "load_kgf", "turns", "cycles", "contraction_mm", "broke")
@@ -49,13 +50,7 @@ def paper_tests() -> LifeTests:
 
 def read_tests(path: Path) -> LifeTests:
     """A CSV with load_N or load_kgf, turns, cycles, contraction_mm and optionally `broke`."""
-    try:
-        data = pd.read_csv(path, dtype=str, encoding="utf-8-sig")
-    except (OSError, ValueError) as problem:
-        raise InputError(
-            f"cannot read '{path}' as CSV ({why_unread(problem)}); give a CSV file"
-        ) from None
-    return tests_from_frame(data, path.name)
+    return tests_from_frame(read_frame(path), path.name)
 
 
 def tests_from_frame(data: pd.DataFrame, name: str) -> LifeTests:
@@ -83,10 +78,9 @@ def _positive(data: pd.DataFrame, column: str, name: str) -> np.ndarray:
     values = pd.to_numeric(data[column], errors="coerce").to_numpy(dtype=float)
     wrong = np.flatnonzero(~(np.isfinite(values) & (values > 0)))
     if wrong.size:
-        raise InputError(
-            f"{name}, row {wrong[0] + 1}: {column} is '{data[column].iloc[wrong[0]]}'; "
-            "give a number above 0"
-        )
+        text = data[column].iloc[wrong[0]]
+        mend = "write a decimal point" if has_decimal_comma(text) else "give a number above 0"
+        raise InputError(f"{name}, row {wrong[0] + 1}: {column} is '{text}'; {mend}")
     return values
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from tsvision.errors import InputError, why_unread
+from tsvision.errors import InputError
+from tsvision.separators import has_decimal_comma, read_frame
 from tsvision.validation.measured import Bundles, check
 
 # What a CSV may call each value; the first is the usual name.
@@ -79,23 +80,27 @@ def _number(value: object) -> float:
 
 
 def _table(path: Path, string_diameter_mm: float | None, notes: list[str]) -> pd.DataFrame:
-    try:
-        data = pd.read_csv(path, encoding="utf-8-sig")
-    except (OSError, ValueError) as problem:
-        raise InputError(
-            f"cannot read '{path}' as CSV ({why_unread(problem)}); give a CSV file"
-        ) from None
+    data = read_frame(path)
     rows = pd.DataFrame(index=data.index)
     rows["source"] = [f"{path.name} row {k}" for k in range(1, len(data) + 1)]
     for name, aliases in NAMES.items():
         found = [alias for alias in aliases if alias in data]
         if not found and name in ("strings", "diameter_mm"):
             raise InputError(f"'{path}' has no column '{name}'; name it {' or '.join(aliases)}")
-        values = pd.to_numeric(data[found[0]], errors="coerce") if found else np.nan
-        rows[name] = values
+        rows[name] = _numbers(data, found[0], path) if found else np.nan
     single = rows.loc[rows["strings"] == 1, "diameter_mm"]
     if rows["string_diameter_mm"].isna().all() and string_diameter_mm is None and len(single):
         rows["string_diameter_mm"] = float(single.mean())
         rows = rows[rows["strings"] > 1]
         notes.append(f"d = {single.mean():.3g} mm from the single string in {path.name}")
     return rows
+
+
+def _numbers(data: pd.DataFrame, column: str, path: Path) -> pd.Series:
+    """A column's numbers, NaN where it holds none; a decimal comma is refused, not lost."""
+    for row, text in enumerate(data[column], start=1):
+        if has_decimal_comma(text):
+            raise InputError(
+                f"{path.name} row {row}: '{text}' in column '{column}'; write a decimal point"
+            )
+    return pd.to_numeric(data[column], errors="coerce")
