@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -46,7 +47,7 @@ def read_ending(
         float, typer.Option("--nearer-mm", help="How much nearer to the camera the bundle lies.")
     ] = 0.0,
     nearer_mm_sd: Annotated[
-        float, typer.Option("--nearer-mm-sd", min=0.0, help="Standard uncertainty of that depth.")
+        float, typer.Option("--nearer-mm-sd", help="Standard uncertainty of that depth.")
     ] = 0.0,
     distance_mm: Annotated[
         float | None, typer.Option("--distance-mm", help="Camera to the calibrated plane.")
@@ -57,6 +58,11 @@ def read_ending(
     ] = None,
 ) -> Ending:
     """The options that all sub-commands share."""
+    from tsvision.errors import InputError
+
+    if not math.isfinite(nearer_mm):
+        raise InputError(f"--nearer-mm {nearer_mm:g}: must be a finite number")
+    _must_be_sd("--nearer-mm-sd", nearer_mm_sd)
     return Ending(nearer_mm, nearer_mm_sd, _or_nan(distance_mm), as_json, write)
 
 
@@ -65,11 +71,9 @@ def read_ending(
 def points(
     ends: Annotated[str, typer.Option("--points", help='Two points, "x,y x,y" in px.')],
     length_mm: Annotated[float, typer.Option("--length-mm", help="The length between them.")],
-    length_mm_sd: Annotated[
-        float, typer.Option("--length-mm-sd", min=0.0, help="Its uncertainty.")
-    ] = 0.0,
+    length_mm_sd: Annotated[float, typer.Option("--length-mm-sd", help="Its uncertainty.")] = 0.0,
     point_sd_px: Annotated[
-        float, typer.Option("--point-sd-px", min=0.0, help="How well each point is placed.")
+        float, typer.Option("--point-sd-px", help="How well each point is placed.")
     ] = 0.5,
     *,
     ending: Any,
@@ -78,6 +82,9 @@ def points(
     from tsvision.images.calibration import from_points
 
     first, second = _two_points(ends)
+    _must_be_length("--length-mm", length_mm)
+    _must_be_sd("--length-mm-sd", length_mm_sd)
+    _must_be_sd("--point-sd-px", point_sd_px)
     found = from_points(first, second, length_mm, length_mm_sd, point_sd_px)
     _tell(found, ending)
 
@@ -93,11 +100,9 @@ def ruler(
     ending: Any,
 ) -> None:
     """Scale from the ticks of a ruler along a line."""
-    from tsvision.errors import InputError
     from tsvision.images.calibration_ruler import from_ruler
 
-    if not division_mm > 0:
-        raise InputError(f"--division-mm {division_mm}: must be greater than 0")
+    _must_be_length("--division-mm", division_mm)
     first, second = _two_points(ends)
     found = from_ruler(_read(picture), first, second, division_mm, _or_nan(gamma))
     _tell(found, ending)
@@ -120,8 +125,6 @@ def charuco(
     ending: Any,
 ) -> None:
     """Scale and tilt from a ChArUco board; with three views or more the lens's distortion too."""
-    import math
-
     from tsvision.errors import InputError
     from tsvision.images.calibration_charuco import calibrate_charuco, parse_board, see_board
 
@@ -149,7 +152,7 @@ def gauge(
     picture: Annotated[Path, typer.Argument(help="A picture with a straight cylinder in it.")],
     diameter_mm: Annotated[float, typer.Option("--diameter-mm", help="Its known diameter.")],
     diameter_mm_sd: Annotated[
-        float, typer.Option("--diameter-mm-sd", min=0.0, help="Its uncertainty.")
+        float, typer.Option("--diameter-mm-sd", help="Its uncertainty.")
     ] = 0.0,
     roi: Annotated[str | None, typer.Option("--roi-px", help="x,y,width,height around it.")] = None,
     ends: PointsOption = None,
@@ -158,11 +161,10 @@ def gauge(
     ending: Any,
 ) -> None:
     """Scale, blur and light from a gauge pin or any cylinder of known diameter."""
-    from tsvision.errors import InputError
     from tsvision.images.calibration_gauge import calibrate_gauge
 
-    if not diameter_mm > 0:
-        raise InputError(f"--diameter-mm {diameter_mm}: must be greater than 0")
+    _must_be_length("--diameter-mm", diameter_mm)
+    _must_be_sd("--diameter-mm-sd", diameter_mm_sd)
     box = _numbers(roi, 4, "--roi-px") if roi else None
     region = (int(box[0]), int(box[1]), int(box[2]), int(box[3])) if box else None
     axis = _two_points(ends) if ends else None
@@ -182,8 +184,6 @@ def _read(path: Path) -> np.ndarray:
 
 
 def _numbers(text: str, count: int, option: str) -> list[float]:
-    import math
-
     from tsvision.errors import InputError
 
     try:
@@ -193,6 +193,21 @@ def _numbers(text: str, count: int, option: str) -> list[float]:
     if len(values) != count or not all(map(math.isfinite, values)):
         raise InputError(f"{option} {text!r}: write {count} numbers, such as 10,20")
     return values
+
+
+def _must_be_sd(option: str, value: float) -> None:
+    from tsvision.errors import InputError
+
+    # The check is written so that NaN, which no comparison holds for, is refused with the rest.
+    if not 0.0 <= value < math.inf:
+        raise InputError(f"{option} {value:g}: must be a finite number of 0 or more")
+
+
+def _must_be_length(option: str, value: float) -> None:
+    from tsvision.errors import InputError
+
+    if not 0.0 < value < math.inf:
+        raise InputError(f"{option} {value:g}: must be a finite number greater than 0")
 
 
 def _two_points(text: str) -> tuple[tuple[float, float], tuple[float, float]]:

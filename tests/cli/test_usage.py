@@ -45,11 +45,24 @@ def test_a_file_that_is_missing_is_told_in_words(
     assert "gone.csv" in told and "no such file" in told and "Errno" not in told
 
 
+@pytest.mark.parametrize("value", ["-1", "nan", "inf"])
 @pytest.mark.parametrize("option", ["--length-mm-sd", "--point-sd-px", "--nearer-mm-sd"])
-def test_no_uncertainty_below_zero(option: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_uncertainty_is_a_finite_number_of_zero_or_more(
+    option: str, value: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     line = ["calibrate", "points", "--points", "0,0 9,0", "--length-mm", "3", "--distance-mm", "99"]
-    assert run([*line, option, "-1"]) == 2
-    assert option in capsys.readouterr().err
+    assert run([*line, option, value]) == 2
+    told = capsys.readouterr()
+    assert f"{option} {value}: must be a finite number of 0 or more" in told.err
+    assert told.out == ""
+
+
+@pytest.mark.parametrize("option", ["--length-mm", "--nearer-mm"])
+@pytest.mark.parametrize("value", ["nan", "inf"])
+def test_a_length_is_finite(option: str, value: str, capsys: pytest.CaptureFixture[str]) -> None:
+    line = ["calibrate", "points", "--points", "0,0 9,0", "--length-mm", "3", "--distance-mm", "99"]
+    assert run([*line, option, value]) == 2
+    assert f"{option} {value}: must be a finite number" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("option", ["--axial-stiffness", "--motor-rpm", "--motor-torque"])

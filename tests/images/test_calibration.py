@@ -463,6 +463,7 @@ def test_a_broken_rig_is_not_overwritten(tmp_path: Path, capsys) -> None:
         ["ruler", "gone.png", "--points", "1,2 300,2", "--division-mm", "0"],
         ["gauge", "gone.png", "--diameter-mm", "1"],
         ["gauge", "gone.png", "--diameter-mm", "-1"],
+        ["gauge", "gone.png", "--diameter-mm", "1", "--diameter-mm-sd", "inf"],
         ["charuco", "gone.png", "--board", SPEC],
         ["charuco", "gone.png", "--board", "nonsense"],
     ],
