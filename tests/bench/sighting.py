@@ -22,7 +22,7 @@ from synth.build import make_settings
 from synth.recording import write_recording
 from synth.settings import Settings, Strings
 from tsvision.images.frames import iter_frames, open_recording
-from tsvision.measures.looks import pick_samples
+from tsvision.measures.numeric.spread import pick_samples
 from tsvision.measures.recording import Measurer, sample_pictures
 from tsvision.rig import load_rig
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tests.bench.pictures48_draw import cases, draw
 from tsvision.flags import Flag, flags_from_text
+from tsvision.measures import count
 from tsvision.measures.recording import Measurer
 from tsvision.records import Camera, Frame, Rig, Strings, View
 
@@ -36,3 +38,18 @@ def test_a_known_string_diameter_raises_the_confidence() -> None:
     ]
     assert [row.strand_count for row in found] == [4.0, 4.0]
     assert found[1].strand_count_confidence > found[0].strand_count_confidence
+
+
+@pytest.mark.parametrize(
+    ("frames", "expected"), [(4, [0, 1, 2, 3]), (5, [0, 1, 3, 4]), (7, [0, 2, 4, 6])]
+)
+def test_frames_all_over_the_recording_are_asked(
+    frames: int, expected: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 5 to 7 frames the first four were: the least twisted, which may show legs alone."""
+    asked: list[object] = []
+    monkeypatch.setattr(count, "learn_shading", lambda cuts, _: None)
+    monkeypatch.setattr(count, "near_window", lambda cut, _: asked.append(cut))
+    told = count.count_strands(list(range(frames)), SimpleNamespace(width_px=20.0))  # type: ignore[arg-type]
+    assert asked == expected
+    assert told == (2, 0.5)

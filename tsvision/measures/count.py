@@ -18,6 +18,7 @@ from tsvision.measures.helix.section import pair_core
 from tsvision.measures.helix.weigh import POOR
 from tsvision.measures.helix.windows import near_window
 from tsvision.measures.light.profiles import learn_shading
+from tsvision.measures.numeric.spread import pick_samples
 
 COUNTS = (2, 3, 4, 5, 6, 7, 8)
 FRAMES = 4
@@ -40,7 +41,7 @@ def count_strands(
     if shading is None:
         shading = (plain_shading(0.5 * strand_px), plain_shading(0.5 * strand_px))
     rows = []
-    for cut in _spread(cuts):
+    for cut in (cuts[i] for i in pick_samples(len(cuts), FRAMES)):
         window = near_window(cut, sight.width_px)
         if window is None:
             continue
@@ -64,11 +65,6 @@ def count_strands(
     first, second = np.sort(total)[:2]
     confidence = 1.0 - 0.5 * np.exp(-(second - first) / SURE) if first < POOR else 0.5
     return COUNTS[int(np.argmin(total))], float(confidence)
-
-
-def _spread(cuts: list[Cut]) -> list[Cut]:
-    step = max(len(cuts) // FRAMES, 1)
-    return cuts[::step][:FRAMES]
 
 
 def _rarity(count: int) -> float:

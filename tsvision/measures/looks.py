@@ -40,7 +40,6 @@ from tsvision.measures.light.surest import surest
 from tsvision.measures.light.witness import heard
 from tsvision.records import Rig, Scale
 
-SAMPLED_FRAMES = 8
 # What numerics raise on pictures without a usable edge; anything else is a fault of the code.
 UNLEARNABLE = (ValueError, FloatingPointError, ZeroDivisionError, np.linalg.LinAlgError, cv2.error)
 # Of the section's width: what is thinner is no bundle of these strands but one leg of two, which
@@ -85,13 +84,6 @@ class Looks:
     way: int = 0
     possible_px: tuple[float, float] = (0.0, float("inf"))
     saturated: float = 0.0
-
-
-def pick_samples(count: int, most: int = SAMPLED_FRAMES) -> list[int]:
-    """Indices spread evenly over a recording of `count` frames, first and last included."""
-    if count <= most:
-        return list(range(count))
-    return sorted({round(i) for i in np.linspace(0, count - 1, most)})
 
 
 def learn_looks(

@@ -22,7 +22,8 @@ from tsvision.measures.cords.bowed import Bowed, learn_bowed, measure_bowed
 from tsvision.measures.ends.start import needs_holes
 from tsvision.measures.frame import LEGS_TURNS, Warm, measure_frame
 from tsvision.measures.late import by_twist, shown_late
-from tsvision.measures.looks import Looks, learn_looks, pick_samples
+from tsvision.measures.looks import Looks, learn_looks
+from tsvision.measures.numeric.spread import pick_samples
 from tsvision.measures.scale import resolve_scale, scale_between_holes
 from tsvision.measures.sense import way_of
 from tsvision.records import Frame, FrameResult, FrameRow, Recording, Rig
