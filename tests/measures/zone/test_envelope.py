@@ -22,7 +22,7 @@ def bump(base: float, top: float, centre: float, half_length: float) -> np.ndarr
 
 
 def knots(envelope: np.ndarray, diameter: float = 0.5, base: float = 0.55):
-    return find_knots(S, envelope, diameter, base, PLACE, 1.0, 0.005, gap_px=0.4)
+    return find_knots(S, envelope, diameter, base, PLACE, 0.005, gap_px=0.4)
 
 
 def test_an_interval_that_meets_the_criterion_is_one_knot() -> None:
@@ -100,7 +100,7 @@ def test_a_knot_reaches_out_on_the_side_that_is_lit(trust, is_knot: bool) -> Non
 def test_magnification_does_not_matter() -> None:
     (small,) = knots(bump(0.55, 0.9, 8.0, 0.6))
     (large,) = find_knots(
-        40 * S, 40 * bump(0.55, 0.9, 8.0, 0.6), 20.0, 22.0, PLACE, 40.0, 0.2, gap_px=16.0
+        40 * S, 40 * bump(0.55, 0.9, 8.0, 0.6), 20.0, 22.0, PLACE, 0.2, gap_px=16.0
     )
     assert large.length_px == pytest.approx(40 * small.length_px)
     assert large.confidence == pytest.approx(small.confidence)

@@ -87,6 +87,13 @@ def test_one_knot_stays_one(length: float) -> None:
     assert seen == pytest.approx(length, abs=D)
 
 
+@pytest.mark.parametrize("period", [30.0, 40.0, 60.0])
+def test_the_coils_of_a_knot_are_its_own(period: float) -> None:
+    """Of a knot of 200 px; by what E is closed over there were less than half as many."""
+    (knot,) = seen(drawn([(200.0, 400.0)], (KNOT[0], period)), looks()).knots
+    assert knot.coils == pytest.approx(200.0 / period, abs=0.5)
+
+
 def test_a_single_lobe_is_no_knot_but_is_told() -> None:
     """One crest of the coil reaches out as far as a knot's, over a third of D."""
     plain = drawn([])

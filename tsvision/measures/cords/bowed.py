@@ -259,7 +259,6 @@ def _knots(bowed: Bowed, rope: Rope) -> list[KnotSighting]:
         rope.diameter_px,
         base,
         bowed.curve.axis.at(rope.s_px),
-        2.0 * rope.diameter_px,
         rope.diameter_px_sd,
     )
     # Frayed ends and parted plies are wide without being knots.

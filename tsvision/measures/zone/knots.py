@@ -116,7 +116,6 @@ def knots_along(
             outline.diameter_px,
             base_px,
             place_px,
-            outline.period_px,
             outline.diameter_sd_px,
             short,
             gap_px,
@@ -140,7 +139,13 @@ def knots_along(
         parts = _parts(outline, *one.ends_px, sought)
         parts = [part for part in parts if part.length_px >= outline.diameter_px]
         knots += parts if len(parts) > 1 else [one]
-    return knots, lobes
+    return [_counted(outline, k) for k in knots], [_counted(outline, k) for k in lobes]
+
+
+def _counted(outline: Outline, knot: KnotSighting) -> KnotSighting:
+    """The knot with the coils in it, by their own rate: E is closed over other lengths."""
+    rate = coil_rate(outline.edges, *knot.ends_px, outline.diameter_px)
+    return replace(knot, coils=knot.length_px * rate / (2.0 * np.pi))
 
 
 def _is_an_end(outline: Outline, low_px: float, high_px: float) -> bool:
@@ -211,7 +216,6 @@ def find_knots(
     diameter_px: float,
     base_px: float,
     place_px: np.ndarray,
-    period_px: float,
     envelope_sd_px: float,
     short_px: float = 0.0,
     gap_px: float = 0.0,
@@ -244,7 +248,6 @@ def find_knots(
                 centre_x_px=float(place_px[at, 0]),
                 centre_y_px=float(place_px[at, 1]),
                 confidence=float(1.0 - 0.5 * np.exp(-margin / sd)),
-                coils=length / period_px if period_px > 0 else NAN,
                 centre_px=centre,
                 length_px=length,
                 max_diameter_px=top,
