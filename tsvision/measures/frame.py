@@ -30,7 +30,7 @@ from tsvision.measures.light.blur import shading_of
 from tsvision.measures.looks import Looks
 from tsvision.measures.scale import HOLES
 from tsvision.measures.sense import NO_RIDGES, UNKNOWN, Ridges, Sense, sense_by_others, sense_of
-from tsvision.measures.zone.along import scale_along, scale_is_local
+from tsvision.measures.zone.along import along_sd_share, scale_is_local
 from tsvision.measures.zone.budgets import add_budgets, connector_px
 from tsvision.measures.zone.doubts import (
     clipped,
@@ -250,9 +250,7 @@ def _bundle_values(
     lay = float(np.arctan(tan_beta * outer))
     relative_scale = looks.scale.mm_per_px_sd / scale if scale == scale else NAN
     d_mm_sd = float(np.hypot(d_sd * scale, d * scale * relative_scale))
-    # Somewhere between the scale given and the mean along the axis: a rectangular distribution.
-    local = (scale_along(looks) / scale - 1.0) / np.sqrt(3.0)
-    p_mm_sd = float(np.hypot(p_sd * scale, pitch * scale * np.hypot(relative_scale, local)))
+    p_mm_sd = float(np.hypot(p_sd * scale, pitch * scale * along_sd_share(looks)))
     beta_sd = angle_sd(d, d_sd, pitch, p_sd)
     if near.shows_few_lobes:
         flags |= Flag.FEW_LOBES

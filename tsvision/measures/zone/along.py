@@ -28,6 +28,14 @@ def scale_is_local(looks: Looks) -> bool:
     return bool(off > max(LOCAL, 2.0 * looks.scale.mm_per_px_sd / looks.scale.mm_per_px))
 
 
+def along_sd_share(looks: Looks) -> float:
+    """Standard uncertainty of the scale along the axis, as a share of it."""
+    scale = looks.scale
+    # Somewhere between the scale given and the mean along the axis: a rectangular distribution.
+    local = (scale_along(looks) / scale.mm_per_px - 1.0) / np.sqrt(3.0)
+    return float(np.hypot(scale.mm_per_px_sd / scale.mm_per_px, local))
+
+
 def scale_along(looks: Looks) -> float:
     """mm per px of the axis, its mean over the zone."""
     seen_px = looks.ends.connector_px - looks.zero_px

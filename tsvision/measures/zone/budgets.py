@@ -13,6 +13,7 @@ from tsvision.measures.helix.fit import HelixFit
 from tsvision.measures.helix.followed import follow
 from tsvision.measures.helix.weigh import weighed
 from tsvision.measures.looks import Looks
+from tsvision.measures.zone.along import along_sd_share
 from tsvision.measures.zone.envelope import Envelope
 from tsvision.measures.zone.laid import expected_along, laid_between
 from tsvision.records import FrameRow
@@ -98,6 +99,12 @@ def add_budgets(
         string_mm_sd = rate * bundle
         string_mm_sd += (0.5 * float(np.ptp(string)) + KNOT_SD * knotted) * scale
         string_mm_sd += UNSEEN_SD * unseen * bundle
+        if end != told_by_zone_px(looks):
+            # Between ends that are seen both parts go with the scale. An end that L tells goes the
+            # other way: what a larger scale adds before the apex it takes behind it. Where L had a
+            # part in placing s = 0 as well, this is somewhat more than the scale does.
+            by_scale = bundle + apex_mm**2 / leg
+            string_mm_sd = float(np.hypot(string_mm_sd, by_scale * along_sd_share(looks)))
     return replace(
         row,
         turns_seen=turns_seen,
@@ -112,13 +119,18 @@ def connector_px(looks: Looks) -> float:
     """s of the connector's face: L from where the legs leave the plate, unless it is seen well
     before that. Motion ends a little before the face in blur, and beyond a spigot that glitters.
     A face that is not seen may lie that little beyond the view; NaN farther off."""
-    seen, told = looks.ends.connector_px, looks.zero_px + looks.zone_px
+    seen, told = looks.ends.connector_px, told_by_zone_px(looks)
     little = NEAR_SHARE * looks.zone_px
     if looks.face is None:
         return seen
     if np.isnan(seen):
         return told if told < looks.sight.end_px + little else NAN
     return told if seen > told - little else seen
+
+
+def told_by_zone_px(looks: Looks) -> float:
+    """s of the connector's face as L tells it."""
+    return looks.zero_px + looks.zone_px
 
 
 def _lay(fit: HelixFit) -> float:
