@@ -71,7 +71,8 @@ def command(
         )
     summary = read_summary(out)
     if video:
-        _write_video(out, Request(source, rig_path, overrides, turns_file, frames=part))
+        given = (turns_file, turns_per_frame, turns_from_name)
+        _write_video(out, Request(source, rig_path, overrides, *given, frames=part))
     if as_json:
         typer.echo(to_json(summary), nl=False)
         return

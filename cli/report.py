@@ -94,7 +94,7 @@ def _more(
 
 def _recording(folder: Path, given: Path | None, several: bool) -> Any:
     """The recording to take pictures from; None, with a word on stderr, when it is gone."""
-    from tsvision.images.frames import open_recording
+    from tsvision.images.frames import open_pictures
     from tsvision.records import Camera, Rig
     from tsvision.report.measured import find_source, read_measured
 
@@ -109,8 +109,10 @@ def _recording(folder: Path, given: Path | None, several: bool) -> Any:
         )
         return None
     known = measured.summary.get("rig") or {}
+    # What is drawn was found without the lens's distortion; turns and times are those that were
+    # measured with, not what a table beside the frames says by now.
     rig = Rig(camera=Camera(lens=tuple(known.get("camera.lens") or ())))
-    return open_recording(source, rig)  # what is drawn was found without the lens's distortion
+    return open_pictures(source, rig, tuple(measured.frames["file"].astype(str)))
 
 
 def _own_verdict(folder: Path) -> dict[str, Any] | None:

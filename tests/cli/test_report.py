@@ -49,6 +49,23 @@ def test_the_sheet_shows_frames_as_they_were_measured(tmp_path: Path) -> None:
     assert found.rig.camera.lens == tuple(lens)
 
 
+@pytest.mark.parametrize("table", ["frame,turns\n0,0\n99,1\n", "frame,turn\n0,0\n", ""])
+def test_a_table_that_the_measurement_did_not_use_is_not_asked(table: str, tmp_path: Path) -> None:
+    """Turns of --turns-per-frame or another file: the one beside the frames was refused."""
+    made = write_fake(tmp_path, TURNS)
+    (made.recording_dir / "turns.csv").write_text(table)
+    assert run(["report", str(made.measure_dir), "--sheet"]) == 0
+    assert "data:image/jpeg" in (made.measure_dir / "report.html").read_text("utf-8")
+
+
+def test_of_frames_in_several_formats_those_that_were_measured_are_shown(tmp_path: Path) -> None:
+    made = write_fake(tmp_path, TURNS)
+    for file in made.recording_dir.glob("*.png"):
+        file.with_suffix(".bmp").write_bytes(b"")
+    found = report._recording(made.measure_dir, None, several=False)
+    assert found.files == tuple(row.file for row in made.rows)
+
+
 def test_frames_that_are_gone_are_said_to_be(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

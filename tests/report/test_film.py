@@ -49,12 +49,19 @@ def test_lines_are_drawn_after_a_large_picture_is_made_small(tmp_path: Path) -> 
     assert green.sum() > 60
 
 
-def test_film_runs_at_the_recording_s_own_rate(tmp_path: Path) -> None:
+def test_film_runs_at_the_recording_s_own_rate() -> None:
+    assert own_rate(np.full(4, np.nan)) == 8.0
+    assert own_rate(np.array([0.0, 0.04, np.nan, 0.12])) == pytest.approx(1 / 0.06)
+
+
+def test_film_runs_by_the_times_that_were_measured_with(tmp_path: Path) -> None:
     made = write_fake(tmp_path, turns=np.linspace(0, 60, 4))
     recording = open_recording(made.recording_dir)
-    assert own_rate(recording) == 8.0
-    timed = replace(recording, time_s=np.array([0.0, 0.04, np.nan, 0.12]))
-    assert own_rate(timed) == pytest.approx(1 / 0.06)
+    other = replace(recording, time_s=np.arange(4) / 25.0)
+    rate = own_rate(np.array([row.time_s for row in made.rows]))
+    with av.open(str(write_overlay_video(made.measure_dir, other))) as film:
+        assert float(film.streams.video[0].average_rate) == pytest.approx(rate)
+    assert rate < 25.0
 
 
 def test_nothing_to_film_is_said(tmp_path: Path) -> None:

@@ -198,6 +198,23 @@ def test_the_overlay_is_drawn_on_the_pictures_that_were_measured(
     assert drawn[0].rig.camera.lens == (70, 70, 32, 18, -0.6, 0, 0, 0, 0)
 
 
+def test_the_overlay_is_drawn_with_the_turns_of_the_command_line(
+    film: Path, tmp_path: Path, measure, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The table beside the frames, left out in measuring, was read for the film and refused."""
+    from cli.main import run
+
+    drawn: list[Recording] = []
+    monkeypatch.setattr("tsvision.run.measuring", lambda: measure)
+    monkeypatch.setattr(
+        "tsvision.report.video.write_overlay_video", lambda out, recording: drawn.append(recording)
+    )
+    (film / "turns.csv").write_text("frame,turns\n0,0\n99,1\n")
+    line = ["measure", str(film), "--out", str(tmp_path / "out"), "--turns-per-frame", "2", "-q"]
+    assert run([*line, "--video"]) == 0
+    assert drawn[0].turns[:3].tolist() == [0.0, 2.0, 4.0]
+
+
 def test_the_command_tells_people_and_programs(
     film: Path, tmp_path: Path, measure, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:

@@ -7,7 +7,7 @@ time, in order. A picture that cannot be decoded keeps its place with `pixels=No
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from tsvision.images.frames_ahead import ahead as decode_ahead
 from tsvision.images.frames_find import Found, find_frames
 from tsvision.images.frames_picture import Unreadable, read_picture, split_page
 from tsvision.images.frames_video import index_video, iter_video
-from tsvision.images.turns import beside, names_in, read_turns
+from tsvision.images.turns import TurnColumns, beside, names_in, read_turns
 from tsvision.records import Frame, Recording, Rig
 
 
@@ -45,17 +45,41 @@ def open_recording(
     found = find_frames(source, names_in(table) if table is not None else None)
     if table is None and not chosen:
         table = beside(found.source)
-    files, time_s = found.files, None
-    if found.kind == "video":
-        index = index_video(found.source)
-        files = tuple(f"{found.source.name}#{i}" for i in range(index.count))
-        time_s = index.time_s
+    files, time_s = _named(found)
     columns = read_turns(
         table, files, turns_per_frame, turns_from_name, single=_is_single(source, found)
     )
     if time_s is not None and not np.isfinite(columns.time_s).any():
         columns = replace(columns, time_s=time_s)
-    recording = Recording(
+    recording = _recording(found, files, columns, rig)
+    if rig.camera.scale_from in ("charuco", "ruler") and math.isnan(rig.camera.mm_per_px):
+        from tsvision.images.calibration_recording import with_scale_from_pictures
+
+        return with_scale_from_pictures(recording, iter_frames(recording, ahead=0))
+    return recording
+
+
+def open_pictures(source: Path, rig: Rig, names: Iterable[str]) -> Recording:
+    """The frames of `source` alone, whatever table lies beside them: turns and the like are NaN.
+
+    `names` are those of the files that are meant, where a folder holds frames in several formats.
+    Raises InputError on an empty source.
+    """
+    found = find_frames(source, names)
+    files, _ = _named(found)
+    return _recording(found, files, read_turns(None, files), rig)
+
+
+def _named(found: Found) -> tuple[tuple[str, ...], np.ndarray | None]:
+    """A name for each frame, and the times that a video tells."""
+    if found.kind != "video":
+        return found.files, None
+    index = index_video(found.source)
+    return tuple(f"{found.source.name}#{i}" for i in range(index.count)), index.time_s
+
+
+def _recording(found: Found, files: tuple[str, ...], columns: TurnColumns, rig: Rig) -> Recording:
+    return Recording(
         source=found.source,
         kind=found.kind,
         files=files,
@@ -67,11 +91,6 @@ def open_recording(
         rig=rig,
         notes=found.notes + columns.notes,
     )
-    if rig.camera.scale_from in ("charuco", "ruler") and math.isnan(rig.camera.mm_per_px):
-        from tsvision.images.calibration_recording import with_scale_from_pictures
-
-        return with_scale_from_pictures(recording, iter_frames(recording, ahead=0))
-    return recording
 
 
 def iter_frames(

@@ -27,13 +27,13 @@ def write_overlay_video(
     """Write each frame of the recording with what was measured drawn in; returns the path.
 
     `out` defaults to `overlay.mp4` in the measure folder. `frames_per_s` of 0 plays at the
-    recording's own rate where its times tell it (kept within 1 to 60), else at 8. A frame that
-    cannot be decoded is grey with its caption, so the film keeps the recording's length.
+    recording's own rate where the measured times tell it (kept within 1 to 60), else at 8. A frame
+    that cannot be decoded is grey with its caption, so the film keeps the recording's length.
     Memory does not grow with the recording. InputError when nothing can be decoded or written.
     """
     measured = read_measured(Path(measure_dir))
     path = Path(out) if out else measured.folder / VIDEO_NAME
-    rate = frames_per_s or own_rate(recording)
+    rate = frames_per_s or own_rate(measured.frames["time_s"].to_numpy(float))
     part = path.with_name(f".{path.name}.part.mp4")
     with telling_what_failed(path):
         try:
@@ -44,9 +44,9 @@ def write_overlay_video(
     return path
 
 
-def own_rate(recording: Recording) -> float:
-    """Frames a second from the median step of `time_s`, within 1 to 60; 8 where unknown."""
-    steps = np.diff(recording.time_s[np.isfinite(recording.time_s)])
+def own_rate(time_s: np.ndarray) -> float:
+    """Frames a second from the median step of times (n,), within 1 to 60; 8 where unknown."""
+    steps = np.diff(time_s[np.isfinite(time_s)])
     steps = steps[steps > 0]
     return float(np.clip(1 / np.median(steps), 1.0, 60.0)) if len(steps) else 8.0
 
