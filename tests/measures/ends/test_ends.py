@@ -227,6 +227,19 @@ def test_legs_behind_the_plate_tell_nothing(clean: Film) -> None:
     assert from_legs(clean, 0.0, plate_px=clean.looks.sight.end_px) is None
 
 
+def test_one_picture_tells_the_exits_as_well_as_its_strings_lie_in_their_holes(clean: Film) -> None:
+    """Its two lines are S apart at the exits, whatever else they tell: strings 0.08 mm off in S
+    move these along the lines. Straight legs made that a tenth of it."""
+    mm_per_px = clean.mm_per_px
+    half_gap = 0.5 * clean.looks.hole_distance_mm / mm_per_px
+    last = pairs_of(clean)[-1:]
+    face = face_from_legs(last, clean.looks.sight, clean.separator_px, NAN, half_gap, mm_per_px)
+    assert face is not None
+    apex = apex_from_legs(*last[0], clean.looks.sight, face, NAN)
+    slope = half_gap / (apex - face.s_px)
+    assert face.sd_px == pytest.approx(legs.HOLE_SD_MM / mm_per_px / slope, rel=0.1)
+
+
 def test_legs_that_hardly_tell_are_not_asked(clean: Film, monkeypatch: pytest.MonkeyPatch) -> None:
     """The limit is above what good pictures leave open, and holds for what is worse."""
     face = from_legs(clean, 0.0)

@@ -91,11 +91,20 @@ def face_from_legs(
     if fit.x[2] / max(float(np.min(apexes)) - fit.x[0], 1.0) < LEAST_SLOPE:
         return None
     rms2 = 2.0 * fit.cost / (2 * len(legs))
-    covariance = np.linalg.pinv(fit.jac.T @ fit.jac) * max(rms2, 0.01)
-    sd_px = float(np.sqrt(covariance[0, 0]))
+    sd_px = _face_sd_px(fit.jac, max(rms2, 0.01))
     if not sd_px * mm_per_px < MOST_SD_MM:
         return None
     return Face(float(fit.x[0]), sd_px, float(fit.x[2]), float(fit.x[1]))
+
+
+def _face_sd_px(jacobian: np.ndarray, legs_px2: float) -> float:
+    """Of the face, by the first parameter of a fit whose first residual is that of S. The legs'
+    residuals are px and tell their own variance, all columns of a leg as one reading, for it is
+    misread alike along them; how far strings lie off their holes is stated, in its own sd, and is
+    no less for legs that are straight."""
+    holes, legs = jacobian[:1], jacobian[1:]
+    turned = np.linalg.pinv(jacobian.T @ jacobian)[0]
+    return float(np.sqrt(np.sum((holes @ turned) ** 2) + legs_px2 * np.sum((legs @ turned) ** 2)))
 
 
 def apex_from_legs(
