@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tsvision.images.cloud import Cloud
-from tsvision.images.linear import best_weights
+from tsvision.images.cloud import Cloud, central_cloud
+from tsvision.images.linear import best_weights, lightless_weights, shadeless_weights
 from tsvision.images.signal import LUMA, Way
 from tsvision.images.strip import Strip
 from tsvision.images.telling import (
@@ -248,3 +248,17 @@ def test_a_hue_does_not_take_dark_limbs_for_the_ground() -> None:
     assert loses_limbs(best_weights(strings, ground)[0], strings, ground)
     # Luma is told in full: what it loses is another matter.
     assert not loses_limbs(LUMA.weights, Cloud(2.0 * grey, np.array(of_pink)), ground)
+
+
+def test_what_strings_cover_does_not_depend_on_the_light_on_them() -> None:
+    """However bright, they are as dark as black; a hue that no shadow changes fades with them."""
+    strings, ground = seen((0.05, 0.04, 0.42), 600), seen((0.21, 0.07, 0.06), 600)
+    clouds = central_cloud(strings.reshape(-1, 3)), central_cloud(ground.reshape(-1, 3))
+    cover, apart = lightless_weights(*clouds)
+    hue, _ = shadeless_weights(*clouds)
+    whole = clouds[1].mean @ cover
+    for light in (0.1, 0.5, 1.0, 1.5):
+        colour = light * np.array([0.05, 0.04, 0.42])
+        assert abs(colour @ cover) < 0.03 * abs(whole)
+        assert abs(light * clouds[1].mean @ hue) < 0.12 * abs(clouds[0].mean @ hue)
+    assert apart > 3.0 and whole < 0.0

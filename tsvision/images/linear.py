@@ -91,6 +91,7 @@ def _looked_up(pixels, blue, green, red):  # pragma: no cover - compiled
 
 
 SHADED = 0.6  # sd of the ground's light in shadow, of itself
+LIT = 2.0  # sd of the light on strings, of itself: none at a limb, gloss on the crests
 
 
 def luma_is_enough(separation: float) -> bool:
@@ -123,11 +124,18 @@ def shadeless_weights(strings: Cloud, ground: Cloud) -> tuple[np.ndarray, float]
     return weights.astype(np.float32), _separation(weights, strings, ground)
 
 
-def _discriminant(strings: Cloud, ground: Cloud, shaded: float) -> np.ndarray:
-    """Fisher's, for light on the ground whose sd is `shaded` of itself more than is seen."""
-    shade = shaded * ground.mean
-    scatter = _scatter(strings, ground) + shade[:, None] * shade
-    weights = np.linalg.solve(scatter, strings.mean - ground.mean)
+def lightless_weights(strings: Cloud, ground: Cloud) -> tuple[np.ndarray, float]:
+    """The same where the light on the strings may be any: they are as dark as black then, and what
+    is seen is how much of the ground they leave."""
+    weights = -_discriminant(ground, strings, LIT)
+    return weights.astype(np.float32), _separation(weights, strings, ground)
+
+
+def _discriminant(these: Cloud, those: Cloud, shaded: float) -> np.ndarray:
+    """Fisher's, for light on those whose sd is `shaded` of itself more than is seen."""
+    shade = shaded * those.mean
+    scatter = _scatter(these, those) + shade[:, None] * shade
+    weights = np.linalg.solve(scatter, these.mean - those.mean)
     return np.asarray(weights / np.abs(weights).sum())
 
 

@@ -23,8 +23,9 @@ from tsvision.images.strip import Strip, averaged
 
 DEEPEST_CHROMA = 0.25  # contrast to which blocks of compressed colour reach beside strands
 MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
-# sds of the noise that lie below MASK_LEVEL; of a bundle's width, that squares are to average over.
-BEYOND_NOISE, SMALL = 3.0, 0.15
+# sds of the noise that MASK_LEVEL lies above: beyond them is a pixel in forty, one in each square
+# that masks are closed over. Of a bundle's width, what squares may average over.
+BEYOND_NOISE, SMALL = 2.0, 0.15
 # Of the core's contrast in most strips: less is the ground's, between legs of hardly a turn.
 SHOWN, MOST = 0.5, 75.0
 
@@ -131,9 +132,8 @@ def masks_of(
     """Masks of the strings in some strips, and what shadow could be in them. between: whether the
     axis may run between legs most of the way."""
     scaled = [scaled_contrast(s, signal, width, rough, between) for s in strips]
-    levels = np.abs([level for _, _, level in scaled])
-    scaled = [(quiet_strip(c, width), black, level) for c, black, level in scaled]
     least = [mask_level(c, GROUND_FROM * width) for c, _, _ in scaled]
+    levels = np.abs([level for _, _, level in scaled])
     shown = levels >= SHOWN * np.percentile(levels, MOST)
     shadows = [
         _shadow_in(c, GROUND_FROM * width, low, black, signal, rough)
@@ -142,6 +142,6 @@ def masks_of(
     ]
     shadow = typical_shadow(shadows)
     return [
-        string_mask(c, 0.2 * width, max(low, shadow.level), shadow.shade)
+        string_mask(quiet_strip(c, width), 0.2 * width, max(low, shadow.level), shadow.shade)
         for (c, _, _), low in zip(scaled, least, strict=True)
     ], shadow

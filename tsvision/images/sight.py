@@ -39,7 +39,7 @@ from tsvision.images.shadow import NO_SHADE, Shade
 from tsvision.images.shrink import shrunk
 from tsvision.images.signal import Signal
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
-from tsvision.images.telling import find_hue
+from tsvision.images.telling import find_cover, find_hue
 
 MOVING_SHARE = 0.4  # of the axis' length that moves, from which nothing speaks against it
 FEWEST_PX = 24  # on a picture's or region's short side
@@ -287,6 +287,13 @@ def hue_along(sight: Sight, pictures: list[np.ndarray]) -> tuple[Signal, float]:
     it reaches; 0 where there is no colour."""
     strips = _strips_along(sight, (to_linear(p, sight.gamma) for p in pictures))
     return find_hue(strips, 0.5 * sight.width_px, between=True)
+
+
+def cover_along(sight: Sight, pictures: list[np.ndarray]) -> tuple[Signal, float]:
+    """A signal that tells by its colour how much of their ground strings cover, whatever light
+    falls on them, and the separation in sd that it reaches; 0 where there is no colour."""
+    strips = _strips_along(sight, (to_linear(p, sight.gamma) for p in pictures))
+    return find_cover(strips, 0.5 * sight.width_px)
 
 
 def _strips_along(sight: Sight, lights: Iterator[np.ndarray]) -> list[Strip]:

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from tsvision.images.cloud import Cloud, central_cloud
 from tsvision.images.ground import nan_median
-from tsvision.images.linear import LUMA_BGR, best_weights, project, shadeless_weights
+from tsvision.images.linear import (
+    LUMA_BGR,
+    best_weights,
+    lightless_weights,
+    project,
+    shadeless_weights,
+)
 from tsvision.images.signal import DISTANCE, LUMA, Signal, Way, summed
 from tsvision.images.strip import Strip, averaged
 
@@ -114,12 +120,28 @@ def loses_limbs(weights: np.ndarray, strings: Cloud, ground: Cloud) -> bool:
 def find_hue(strips: list[Strip], half_core: float, between: bool = False) -> tuple[Signal, float]:
     """A signal that shadows on the ground do not change, and the separation in sd that it reaches;
     0 where there is no colour."""
+    return _by_clouds(shadeless_weights, strips, half_core, between)
+
+
+def find_cover(strips: list[Strip], half_core: float) -> tuple[Signal, float]:
+    """A signal that light on the strings does not change, which shows how much of the ground they
+    cover, and the separation in sd that it reaches; 0 where there is no colour."""
+    return _by_clouds(lightless_weights, strips, half_core, between=True)
+
+
+def _by_clouds(
+    weigh: Callable[[Cloud, Cloud], tuple[np.ndarray, float]],
+    strips: list[Strip],
+    half_core: float,
+    between: bool,
+) -> tuple[Signal, float]:
+    """The signal of the channels' weights that tell what lies on the axis from what lies beside."""
     inner, outer = np.zeros((0, 3)), np.zeros((0, 3))
     if strips[0].values.ndim == 3:
         inner, outer = _samples(strips, half_core, between)
     if min(len(inner), len(outer)) < FEWEST:
         return LUMA, 0.0
-    weights, separation = shadeless_weights(central_cloud(inner), central_cloud(outer))
+    weights, separation = weigh(central_cloud(inner), central_cloud(outer))
     return summed(weights), separation
 
 

@@ -23,6 +23,7 @@ from tsvision.measures.light.learnt import cut_alike, cut_all, learn_edges
 from tsvision.measures.light.profiles import black_of
 from tsvision.measures.light.rounds import EdgeLook, Round, less_sure
 from tsvision.measures.light.surest import (
+    _is_no_thicker,
     _is_often_seen,
     _is_seen,
     _joined,
@@ -187,6 +188,29 @@ def test_a_distance_that_adds_a_shadow_is_not_taken_for_what_shows_more() -> Non
     assert not _shows_better(replace(whole, diameter_px=26.0), across)
     assert not _shows_better(replace(whole, last=seen), across)
     assert not _shows_better(less_sure(whole, 3.0), across)
+
+
+def test_the_ground_that_strings_leave_tells_where_their_limbs_fade(tmp_path: Path) -> None:
+    """Red strings before blue cloth in a coarse JPEG: by their own hue, which fades at a limb as
+    the light does, 1.9 to 2.3 px of 29 thin and surer than that."""
+    changes: dict[str, object] = {
+        "look.strand_rgb": ((0.42, 0.044, 0.049),),
+        "look.ground_rgb": (0.062, 0.067, 0.209),
+        "camera.view": "closeup",
+        "camera.px_per_mm": 60.0,
+        "camera.blur_px": 1.2,
+        "sensor.quality": 60,
+    }
+    measurer, error_px, sd_px = measured(tmp_path / "film", film_of(2, "front_lit", changes))
+    assert measurer.looks is not None
+    assert measurer.looks.sight.signal.way is Way.HUE
+    assert np.abs(error_px).max() < 1.2
+    assert (np.abs(error_px) < 1.96 * sd_px).all()
+
+
+@pytest.mark.parametrize(("cover_px", "heard"), [(21.0, True), (19.0, True), (26.0, False)])
+def test_a_cover_that_adds_a_shadow_is_not_heard(cover_px: float, heard: bool) -> None:
+    assert _is_no_thicker(look_of(0.3, diameter_px=cover_px), look_of(0.35)) is heard
 
 
 def film_of_few_turns() -> list[np.ndarray]:

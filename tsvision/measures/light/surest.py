@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from tsvision.images.seen import HUE_APART
-from tsvision.images.sight import hue_along, seen_by
+from tsvision.images.sight import cover_along, hue_along, seen_by
 from tsvision.images.signal import DISTANCE, LUMA, Signal, Way
 from tsvision.measures.edges.cut import Cut
 from tsvision.measures.helix.silhouette import Section
@@ -55,7 +55,7 @@ MISSED_PX = 1.0  # as much off as this counts an edge that was not found, or in 
 def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     """The same, or what another signal teaches of the strings, alone or along, if that is more:
     where they were told by their colour, brightness or all of their difference from the ground;
-    where brightness leaves them open, a hue."""
+    where brightness leaves them open, a hue; and beside a hue how much of the ground they cover."""
     if learnt.sight.signal.way is Way.ACROSS:
         whole = _learnt_by(DISTANCE, learnt, section, half_px)
         if whole is not None and _shows_better(whole.edge, learnt.edge):
@@ -64,8 +64,13 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
         other = _learnt_by(LUMA, learnt, section, half_px)
     else:
         learnt, other = _by_hue(learnt, section, half_px)
-    if other is None:
-        return learnt
+    if other is not None:
+        learnt = _beside_brightness(learnt, other, section)
+    return _beside_cover(learnt, section, half_px)
+
+
+def _beside_brightness(learnt: Learnt, other: Learnt, section: Section) -> Learnt:
+    """What brightness teaches (`other`), alone or along with what the strings' colour taught."""
     hue, bright = learnt.sight.signal.way is Way.HUE, other.edge.shading[0]
     if not _is_seen(other.edge, learnt.edge):
         thick = learnt.edge.shading[0].rho_px > RESOLVED * SHARP_PX[-1]
@@ -77,6 +82,19 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     if _tells_more(other.edge, learnt.edge):
         return other
     return replace(learnt, edge=_joined(learnt.edge, other.edge))
+
+
+def _beside_cover(learnt: Learnt, section: Section, half_px: int) -> Learnt:
+    """Edges by a hue that are where both it and the ground that the strings leave say, each by how
+    sure it is of the width. A hue fades at a limb as the light there does; the ground does not, but
+    falls into shadow close to them. What the two differ by is not known."""
+    if learnt.sight.signal.way is not Way.HUE:
+        return learnt
+    signal, apart = cover_along(learnt.sight, [picture for picture, _ in learnt.pairs])
+    cover = _learnt_by(signal, learnt, section, half_px) if apart > HUE_APART else None
+    if cover is None or not _is_no_thicker(cover.edge, learnt.edge):
+        return learnt
+    return replace(learnt, edge=_joined(learnt.edge, cover.edge))
 
 
 def _by_hue(bright: Learnt, section: Section, half_px: int) -> tuple[Learnt, Learnt | None]:
@@ -215,10 +233,15 @@ def _shows_better(whole: EdgeLook, across: EdgeLook) -> bool:
     such strands' limbs may fade is strings and their shadow."""
     frames = max(whole.last.frames, across.last.frames)
     better = _cost_px2(whole.last, frames) < SURER * _cost_px2(across.last, frames)
-    sd_px = light_sd_px(across.shading)
-    alike_px = max(UNSURE * sd_px, FADED_RHO * whole.shading[0].rho_px)
-    thicker_px = whole.diameter_px - across.diameter_px
-    return better and light_sd_px(whole.shading) < sd_px and thicker_px < alike_px
+    surer = light_sd_px(whole.shading) < light_sd_px(across.shading)
+    return better and surer and _is_no_thicker(whole, across)
+
+
+def _is_no_thicker(edge: EdgeLook, hue: EdgeLook) -> bool:
+    """Whether strings are thicker by no more than their limbs may fade in a hue: else it is they
+    and their shadow."""
+    faded_px = max(UNSURE * light_sd_px(hue.shading), FADED_RHO * edge.shading[0].rho_px)
+    return edge.diameter_px - hue.diameter_px < faded_px
 
 
 def _is_seen(bright: EdgeLook, colour: EdgeLook) -> bool:
