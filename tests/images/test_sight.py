@@ -20,6 +20,7 @@ from tsvision.images.candidates import (
     line_of_ridge,
     settle,
     swallows,
+    within_view,
 )
 from tsvision.images.curve import find_curve
 from tsvision.images.linear import to_linear
@@ -529,3 +530,20 @@ def test_a_line_runs_left_to_right_and_a_steep_one_downwards(degrees: float) -> 
         (x0, y0), (x1, y1) = line_of_ridge(ridge, (101, 101), None).points_px
         steep = 60.0 < degrees < 120.0
         assert (y1 > y0 + 50.0) if steep else (x1 > x0 + 50.0)
+
+
+@pytest.mark.parametrize("roi", [None, (20, 10, 120, 60)])
+def test_a_line_that_was_turned_ends_where_the_view_does(
+    roi: tuple[int, int, int, int] | None,
+) -> None:
+    """A leg's line that has come to lie along the bundle began 58 px before the picture."""
+    axis = straight_axis(np.array([-58.0, 40.0]), np.array([300.0, 60.0]))
+    seen = within_view(axis, (100, 200), roi)
+    ends = seen.at(np.array([0.0, seen.length_px]))
+    low, high = (0.0, 199.0) if roi is None else (20.0, 139.0)
+    assert ends[:, 0] == pytest.approx([low, high])
+    off = ends - np.array([-58.0, 40.0])
+    along = axis.tangent(np.array([0.0]))[0]
+    assert off[:, 0] * along[1] == pytest.approx(off[:, 1] * along[0])
+    beyond = straight_axis(np.array([-58.0, 140.0]), np.array([300.0, 160.0]))
+    assert within_view(beyond, (100, 200), roi) is beyond

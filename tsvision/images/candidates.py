@@ -164,17 +164,27 @@ def support_of(mask: np.ndarray, half: int, width: float, between: bool = False)
 
 def line_of_ridge(ridge: Ridge, shape: tuple[int, int], roi) -> Axis:
     """The ridge's line across the picture (or the region), from left to right or top to bottom."""
-    x0, y0, w, h = roi if roi else (0, 0, shape[1], shape[0])
     u = np.array([np.cos(ridge.angle_rad), np.sin(ridge.angle_rad)])
     along_x = abs(u[0]) > 0.5
     if (u[0] if along_x else u[1]) < 0:
         u = -u
-    return _clip_line(np.array(ridge.centre_px), u, (x0, y0, x0 + w - 1, y0 + h - 1))
+    return _clip_line(np.array(ridge.centre_px), u, shape, roi)
 
 
-def _clip_line(point: np.ndarray, u: np.ndarray, box: tuple[float, float, float, float]) -> Axis:
+def within_view(axis: Axis, shape: tuple[int, int], roi) -> Axis:
+    """The straight axis' line from where it enters the picture (or the region) to where it leaves
+    it; the axis as it is where its middle lies outside."""
+    middle = axis.at(np.array([0.5 * axis.length_px]))[0]
+    x0, y0, w, h = roi if roi else (0, 0, shape[1], shape[0])
+    if not (x0 <= middle[0] < x0 + w and y0 <= middle[1] < y0 + h):
+        return axis
+    return _clip_line(middle, axis.tangent(np.array([0.0]))[0], shape, roi)
+
+
+def _clip_line(point: np.ndarray, u: np.ndarray, shape: tuple[int, int], roi) -> Axis:
+    x0, y0, w, h = roi if roi else (0, 0, shape[1], shape[0])
     low, high = -np.inf, np.inf
-    for i, (a, b) in enumerate(((box[0], box[2]), (box[1], box[3]))):
+    for i, (a, b) in enumerate(((x0, x0 + w - 1), (y0, y0 + h - 1))):
         if abs(u[i]) < 1e-12:
             continue
         t = sorted(((a - point[i]) / u[i], (b - point[i]) / u[i]))

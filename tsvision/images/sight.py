@@ -28,6 +28,7 @@ from tsvision.images.candidates import (
     plausible,
     settle,
     swallows,
+    within_view,
 )
 from tsvision.images.contrast import core_of
 from tsvision.images.linear import linear_signal, to_linear
@@ -202,6 +203,9 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
         if not any(_same(trial, other) for other in taken):
             taken.append(trial)
             axis, width = _scaled(trial.axis, 1.0 / factor), trial.width_px / factor
+            # A line that was turned may run on far beyond the view.
+            inside = within_view(axis, shape, roi_px)
+            axis = inside if inside.length_px < axis.length_px - width else axis
             there = replace(trial, axis=axis, width_px=width, support=trial.support / factor)
             yield _sight_along(pictures, there, told)
 
