@@ -182,33 +182,34 @@ def test_two_runs_at_once_do_not_touch_each_other(film: Path, tmp_path: Path, me
         assert (other / "half.txt").exists()
 
 
+@pytest.fixture
+def drawn(measure, monkeypatch: pytest.MonkeyPatch) -> list[Recording]:
+    """The recordings on whose pictures films are drawn, by the command line."""
+    recordings: list[Recording] = []
+    monkeypatch.setattr("tsvision.run.measuring", lambda: measure)
+    monkeypatch.setattr(
+        "tsvision.report.video.write_overlay_video", lambda out, rec: recordings.append(rec)
+    )
+    return recordings
+
+
 def test_the_overlay_is_drawn_on_the_pictures_that_were_measured(
-    film: Path, tmp_path: Path, measure, monkeypatch: pytest.MonkeyPatch
+    film: Path, tmp_path: Path, drawn: list[Recording]
 ) -> None:
     """Under the rig of the command line: with a lens, axis and edges lie on undistorted ones."""
     from cli.main import run
 
-    drawn: list[Recording] = []
-    monkeypatch.setattr("tsvision.run.measuring", lambda: measure)
-    monkeypatch.setattr(
-        "tsvision.report.video.write_overlay_video", lambda out, recording: drawn.append(recording)
-    )
     lens = "--lens=70,70,32,18,-0.6,0,0,0,0"
     assert run(["measure", str(film), "--out", str(tmp_path / "out"), "--video", lens, "-q"]) == 0
     assert drawn[0].rig.camera.lens == (70, 70, 32, 18, -0.6, 0, 0, 0, 0)
 
 
 def test_the_overlay_is_drawn_with_the_turns_of_the_command_line(
-    film: Path, tmp_path: Path, measure, monkeypatch: pytest.MonkeyPatch
+    film: Path, tmp_path: Path, drawn: list[Recording]
 ) -> None:
     """The table beside the frames, left out in measuring, was read for the film and refused."""
     from cli.main import run
 
-    drawn: list[Recording] = []
-    monkeypatch.setattr("tsvision.run.measuring", lambda: measure)
-    monkeypatch.setattr(
-        "tsvision.report.video.write_overlay_video", lambda out, recording: drawn.append(recording)
-    )
     (film / "turns.csv").write_text("frame,turns\n0,0\n99,1\n")
     line = ["measure", str(film), "--out", str(tmp_path / "out"), "--turns-per-frame", "2", "-q"]
     assert run([*line, "--video"]) == 0
