@@ -26,6 +26,7 @@ MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
 # sds of the noise that MASK_LEVEL lies above: beyond them is a pixel in forty, one in each square
 # that masks are closed over. Of a bundle's width, what squares may average over.
 BEYOND_NOISE, SMALL = 2.0, 0.15
+NOTHING = 2.0 / 3.0  # sd of a pixel's noise from which on what a line shows is no core of strings
 # Of the core's contrast in most strips: less is the ground's, between legs of hardly a turn.
 SHOWN, MOST = 0.5, 75.0
 
@@ -115,11 +116,11 @@ def _shadow_in(
 
 
 def quiet_strip(contrast: np.ndarray, width: float) -> np.ndarray:
-    """`quiet`, of a strip whose noise is not known yet."""
+    """`quiet`, of a strip along a line that may be any, and whose noise is not known yet."""
     half = contrast.shape[0] // 2
     outside = np.flatnonzero(np.abs(np.arange(-half, half + 1)) > GROUND_FROM * width)[::3]
     noise = noise_of(contrast, outside)
-    return quiet(contrast, noise, width) if np.isfinite(noise) else contrast
+    return quiet(contrast, noise, width) if noise < NOTHING else contrast  # nor where it is NaN
 
 
 def masks_of(

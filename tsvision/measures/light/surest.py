@@ -6,6 +6,8 @@ does not tell. So where strings were found by their colour, their edges are look
 alone as well: those of dark strings before a bright ground are as sharp as the lens, whatever light
 falls on the limbs. Where they were found by brightness and that leaves their width open, one of the
 limbs may be as bright as its ground: then a hue is asked.
+Beside a hue its counterpart is asked, in which strings are as dark as black however they are lit:
+it shows how much of the ground they leave, up to the edge itself, and shadows on that as well.
 Where colours across the ground's own are asked, so that light and shadow there need not count, all
 of the difference from the ground is looked at as well: strands of the ground's hue show by it.
 """
@@ -16,7 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tsvision.images.seen import HUE_APART
+from tsvision.images.seen import FAR_APART, HUE_APART
 from tsvision.images.sight import cover_along, hue_along, seen_by
 from tsvision.images.signal import DISTANCE, LUMA, Signal, Way
 from tsvision.measures.edges.cut import Cut
@@ -91,7 +93,8 @@ def _beside_cover(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     if learnt.sight.signal.way is not Way.HUE:
         return learnt
     signal, apart = cover_along(learnt.sight, [picture for picture, _ in learnt.pairs])
-    cover = _learnt_by(signal, learnt, section, half_px) if apart > HUE_APART else None
+    # An uneven ground, which a hue leaves out, is all there in what is seen of it.
+    cover = _learnt_by(signal, learnt, section, half_px) if apart > FAR_APART else None
     if cover is None or not _is_no_thicker(cover.edge, learnt.edge):
         return learnt
     return replace(learnt, edge=_joined(learnt.edge, cover.edge))
