@@ -175,14 +175,19 @@ def within_view(axis: Axis, shape: tuple[int, int], roi) -> Axis:
     """The straight axis' line from where it enters the picture (or the region) to where it leaves
     it; the axis as it is where its middle lies outside."""
     middle = axis.at(np.array([0.5 * axis.length_px]))[0]
-    x0, y0, w, h = roi if roi else (0, 0, shape[1], shape[0])
+    x0, y0, w, h = _view(shape, roi)
     if not (x0 <= middle[0] < x0 + w and y0 <= middle[1] < y0 + h):
         return axis
     return _clip_line(middle, axis.tangent(np.array([0.0]))[0], shape, roi)
 
 
+def _view(shape: tuple[int, int], roi) -> tuple[float, float, float, float]:
+    """x, y, width and height of the region, or of the whole picture."""
+    return roi if roi else (0, 0, shape[1], shape[0])
+
+
 def _clip_line(point: np.ndarray, u: np.ndarray, shape: tuple[int, int], roi) -> Axis:
-    x0, y0, w, h = roi if roi else (0, 0, shape[1], shape[0])
+    x0, y0, w, h = _view(shape, roi)
     low, high = -np.inf, np.inf
     for i, (a, b) in enumerate(((x0, x0 + w - 1), (y0, y0 + h - 1))):
         if abs(u[i]) < 1e-12:

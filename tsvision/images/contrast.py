@@ -16,6 +16,7 @@ DIM = 0.4  # of the core's light: a limb's
 ROUGH = 0.6  # of the strongest contrast: a core that the axis may lie beside
 BESIDE = 24  # rows of it that are asked what a column shows there
 STEPS_APART = 3  # columns: of the neighbours whose differences tell the noise
+STANDS_OUT = 1.5  # times a pixel's noise, at least, that a core of strings differs from its ground
 GROUND_FROM = 1.3  # widths from the axis; nearer lie the strings, and no legs yet
 
 

@@ -6,7 +6,7 @@ import cv2
 import numba
 import numpy as np
 
-from tsvision.images.contrast import GROUND_FROM, ROUGH, noise_of, scaled_contrast
+from tsvision.images.contrast import GROUND_FROM, ROUGH, STANDS_OUT, noise_of, scaled_contrast
 from tsvision.images.percentiles import median
 from tsvision.images.shadow import (
     DARKENS,
@@ -26,7 +26,6 @@ MASK_LEVEL = 0.35  # highest share of the core's contrast at which strings begin
 # sds of the noise that MASK_LEVEL lies above: beyond them is a pixel in forty, one in each square
 # that masks are closed over. Of a bundle's width, what squares may average over.
 BEYOND_NOISE, SMALL = 2.0, 0.15
-NOTHING = 2.0 / 3.0  # sd of a pixel's noise from which on what a line shows is no core of strings
 # Of the core's contrast in most strips: less is the ground's, between legs of hardly a turn.
 SHOWN, MOST = 0.5, 75.0
 
@@ -34,14 +33,18 @@ SHOWN, MOST = 0.5, 75.0
 def mask_level(contrast: np.ndarray, inner_px: float) -> float:
     """Contrast at which strings begin: low enough for the shadow side of a front-lit strand, which
     may keep a tenth of the core's contrast, and above what the ground itself varies by."""
-    half = contrast.shape[0] // 2
-    outside = np.flatnonzero(np.abs(np.arange(-half, half + 1)) > inner_px)
-    ground = contrast[outside[::3], ::4]
+    ground = contrast[_outside(contrast, inner_px), ::4]
     ground = ground[np.isfinite(ground)]
     if ground.size == 0:
         return MASK_LEVEL
     spread = 1.4826 * median(np.abs(ground - median(ground)))
     return float(np.clip(5.0 * spread, 0.09, MASK_LEVEL))
+
+
+def _outside(contrast: np.ndarray, inner_px: float) -> np.ndarray:
+    """Every third of the rows (K,) of a strip that lie farther than that from its axis."""
+    half = contrast.shape[0] // 2
+    return np.flatnonzero(np.abs(np.arange(-half, half + 1)) > inner_px)[::3]
 
 
 def quiet(contrast: np.ndarray, noise: float, width: float) -> np.ndarray:
@@ -117,10 +120,9 @@ def _shadow_in(
 
 def quiet_strip(contrast: np.ndarray, width: float) -> np.ndarray:
     """`quiet`, of a strip along a line that may be any, and whose noise is not known yet."""
-    half = contrast.shape[0] // 2
-    outside = np.flatnonzero(np.abs(np.arange(-half, half + 1)) > GROUND_FROM * width)[::3]
-    noise = noise_of(contrast, outside)
-    return quiet(contrast, noise, width) if noise < NOTHING else contrast  # nor where it is NaN
+    noise = noise_of(contrast, _outside(contrast, GROUND_FROM * width))
+    # What stands out by less is no core of strings; nor is anything known where noise is NaN.
+    return quiet(contrast, noise, width) if STANDS_OUT * noise < 1.0 else contrast
 
 
 def masks_of(

@@ -8,7 +8,7 @@ from functools import cached_property
 import numba
 import numpy as np
 
-from tsvision.images.contrast import black_contrast, noise_of, raw_contrast
+from tsvision.images.contrast import STANDS_OUT, black_contrast, noise_of, raw_contrast
 from tsvision.images.ground import nan_median
 from tsvision.images.linear import linear_signal, project, to_linear
 from tsvision.images.masks import MASK_LEVEL, mask_level, quiet
@@ -109,7 +109,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
     # With hardly any not even those are the bundle's, which shows what it did in other frames.
     if abs(share) < LOST * abs(sight.core_share):
         level = sight.core_share * ground_light
-    if not np.isfinite(level) or abs(level) < max(1e-4, 1.5 * ground_noise):
+    if not np.isfinite(level) or abs(level) < max(1e-4, STANDS_OUT * ground_noise):
         return None
     _scale(contrast, level * falloff_along(core / level, sight.width_px))
     mask, shade = max(mask_level(contrast, inner), sight.shadow_level), sight.shade
