@@ -294,6 +294,7 @@ def pages() -> dict[str, str]:
 
 
 _ORDER = ("index.md", "tutorial.md")
+_MEASURING = "measuring.md"
 _EXPLANATION = ("models.md", "diagnosis.md", "onset.md", "synth.md", "real.md")
 
 
@@ -304,13 +305,15 @@ def on_config(config: Any) -> Any:
     def under(folder: str) -> list[str]:
         return sorted(p.relative_to(root).as_posix() for p in (root / folder).glob("*.md"))
 
-    others = sorted(p.name for p in root.glob("*.md") if p.name not in (*_ORDER, *_EXPLANATION))
+    placed = (*_ORDER, *_EXPLANATION, _MEASURING)
+    others = sorted(p.name for p in root.glob("*.md") if p.name not in placed)
     explained = [n for n in (*_EXPLANATION, *others) if (root / n).is_file()]
     made = list(pages())
     config["nav"] = [
         *(n for n in _ORDER if (root / n).is_file()),
         {"How to": under("howto")},
         {"Explanation": [*under("explanation"), *explained]},
+        {"How well it measures": [{"In short": _MEASURING}, *under("measuring")]},
         {"Reference": [n for n in made if "/python/" not in n]},
         {"Python": [{n.rsplit("/", 1)[1][:-3]: n} for n in made if "/python/" in n]},
     ]

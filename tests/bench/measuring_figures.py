@@ -1,4 +1,4 @@
-"""Figures of docs/measuring.md, drawn by the code: `python -m tests.bench.measuring_figures`."""
+"""Figures of docs/measuring/, drawn by the code: `python -m tests.bench.measuring_figures`."""
 
 # ruff: noqa: E402 - the thread counts must be set before numpy and numba are imported
 from __future__ import annotations
