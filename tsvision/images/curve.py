@@ -32,6 +32,7 @@ BOW_WIDTHS = 8.0  # between the axis' knots when it is asked whether it bows
 ALONG = 0.5  # of the length that a cord lies on the straight axis: the least that is followed
 BOWED = 0.5  # widths off the chord from which an axis counts as curved
 SURELY_STRAIGHT = 0.3  # widths in the small picture below which no closer look is needed
+CLOSED = 0.2  # widths between strands that are closed in masks along the straight axis
 LEGS_WIDTHS = 2.0  # length of legs that makes a bundle a taut one
 
 
@@ -147,20 +148,42 @@ def _straight_px(
 ) -> float:
     """Over what length a cord of its width lies on the straight axis, px of the picture."""
     x0, y0, w, h = roi_px if roi_px else (0, 0, *pictures[0].shape[1::-1])
-    factor = min(1.0, SEARCH_PX / max(w, h))
-    ends = sight.axis.at(np.array([sight.start_px, sight.end_px])) - np.array([x0, y0])
+    parts = [p[y0 : y0 + h, x0 : x0 + w] for p in pictures]
+    line, contrasts = _straight_strips(parts, sight, (x0, y0), (sight.start_px, sight.end_px))
+    lengths = []
+    for contrast in contrasts:
+        level = max(mask_level(contrast, GROUND_FROM * line.width_px), sight.shadow_level)
+        mask = string_mask(contrast, CLOSED * line.width_px, level, sight.shade)
+        lengths.append(single_columns(mask, line.half_px, line.width_px).sum())
+    return float(np.median(lengths)) / line.factor
+
+
+@dataclass(frozen=True)
+class _Line:
+    """The straight axis in small pictures: the strings' width there, rows to either side of a
+    strip, and px of these pictures for one of the full ones."""
+
+    width_px: float
+    half_px: int
+    factor: float
+
+
+def _straight_strips(
+    parts: list[np.ndarray], sight: Sight, corner: tuple[int, int], range_px: tuple[float, float]
+) -> tuple[_Line, list[np.ndarray]]:
+    """Contrast (R, M) along a range of the straight axis in small pictures of some parts, whose
+    first px lies at `corner` (x, y) of the full ones."""
+    factor = min(1.0, SEARCH_PX / max(parts[0].shape[:2]))
+    ends = sight.axis.at(np.array(range_px)) - np.array(corner)
     ends = (ends + 0.5) * factor - 0.5
     axis, width = straight_axis(ends[0], ends[1]), sight.width_px * factor
     half = int(np.ceil(4.0 * width)) + 6
-    lengths = []
-    for picture in pictures:
-        linear = to_linear(shrunk(picture[y0 : y0 + h, x0 : x0 + w], factor), sight.gamma)
+    contrasts = []
+    for part in parts:
+        linear = to_linear(shrunk(part, factor), sight.gamma)
         strip = cut_strip(linear, axis, (0.0, axis.length_px), half)
-        contrast = quiet_strip(straight_contrast(strip, sight.signal, width), width)
-        level = max(mask_level(contrast, GROUND_FROM * width), sight.shadow_level)
-        mask = string_mask(contrast, 0.2 * width, level, sight.shade)
-        lengths.append(single_columns(mask, half, width).sum())
-    return float(np.median(lengths)) / factor
+        contrasts.append(quiet_strip(straight_contrast(strip, sight.signal, width), width))
+    return _Line(width, half, factor), contrasts
 
 
 def _bundle_range(
@@ -172,18 +195,12 @@ def _bundle_range(
     strings on their way to the separator's holes, or plies that part at an end. A cord followed
     into one of them leaves the axis without being bowed.
     """
-    factor = min(1.0, SEARCH_PX / max(parts[0].shape[:2]))
-    ends = sight.axis.at(np.array([0.0, sight.axis.length_px])) - np.array(corner)
-    ends = (ends + 0.5) * factor - 0.5
-    axis, width = straight_axis(ends[0], ends[1]), sight.width_px * factor
-    half = int(np.ceil(4.0 * width)) + 6
+    line, contrasts = _straight_strips(parts, sight, corner, (0.0, sight.axis.length_px))
+    width = line.width_px
     seen = []
-    for part in parts:
-        linear = to_linear(shrunk(part, factor), sight.gamma)
-        strip = cut_strip(linear, axis, (0.0, axis.length_px), half)
-        contrast = quiet_strip(straight_contrast(strip, sight.signal, width), width)
-        mask = string_mask(contrast, 0.2 * width, mask_level(contrast, GROUND_FROM * width))
-        seen.append(leg_columns(mask, half, width))
+    for contrast in contrasts:
+        mask = string_mask(contrast, CLOSED * width, mask_level(contrast, GROUND_FROM * width))
+        seen.append(leg_columns(mask, line.half_px, width))
     legs = np.mean(seen, axis=0) > 0.5
     first, last = _stretch(legs, int(width))
     if last - first < LEGS_WIDTHS * width:
@@ -191,8 +208,8 @@ def _bundle_range(
     before, after = first, legs.size - last
     margin = 0.5 * width
     if after > before:
-        return (last + margin) / factor, np.inf
-    return -np.inf, (first - margin) / factor
+        return (last + margin) / line.factor, np.inf
+    return -np.inf, (first - margin) / line.factor
 
 
 def _in_part(axis: Axis, x0: float, y0: float, factor: float) -> np.ndarray:
