@@ -33,6 +33,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from tsvision.measures.numeric.interpolated import interpolated
 from tsvision.measures.numeric.smoothing import blurred
 
 TEMPLATE_START_PX = -14.0
@@ -40,6 +41,7 @@ TEMPLATE_STEP_PX = 0.05
 TEMPLATE_GRID_PX = np.arange(TEMPLATE_START_PX, 30.0, TEMPLATE_STEP_PX)
 # A strand's share of each sample: half of that on the edge, else every edge lies half a step off.
 INSIDE = np.clip(0.5 + TEMPLATE_GRID_PX / TEMPLATE_STEP_PX, 0.0, 1.0)
+ASIDE_RAD = 0.5 * np.pi
 LAMPS_RAD = np.deg2rad(np.linspace(-90.0, 180.0, 13))
 BIN_PX = 0.25
 BINS_A_PX = 4
@@ -141,26 +143,35 @@ def mirrored_share(black: float) -> float:
     return MIRRORED * float(np.clip((black - OUTLINE) / (LIT - OUTLINE), 0.0, 1.0))
 
 
-def light_shapes(
-    rho_px: float, blur_px: float, lamps_rad: np.ndarray, loss: float = 0.0
-) -> np.ndarray:
-    """Blurred profiles of ambient light and of lamps (K,), (1 + K, T) on the template's grid."""
-    return _seen(INSIDE * _lit(rho_px, lamps_rad, loss), blur_px)
+def looked_up(shapes: np.ndarray, t_px: np.ndarray) -> np.ndarray:
+    """Shapes (S, T) on the template's grid at some places (K,), (K, S)."""
+    return np.asarray(interpolated(t_px, TEMPLATE_GRID_PX, shapes))
 
 
+@lru_cache(maxsize=8)
 def _facing(rho_px: float) -> tuple[np.ndarray, np.ndarray]:
     """Sine and cosine (T,) of the angle that the surface faces away from the camera, as if the
-    strand's edge went on outside."""
+    strand's edge went on outside; to be read only, as all that is kept."""
     x = np.clip(1.0 - TEMPLATE_GRID_PX / rho_px, -1.0, 1.0)
     return x, np.sqrt(1.0 - x * x)
 
 
-def _lit(rho_px: float, lamps_rad: np.ndarray, loss: float) -> np.ndarray:
-    """What the surface sends (1 + K, T) of ambient light and of lamps (K,)."""
+@lru_cache(maxsize=8)
+def _sent(rho_px: float, loss: float) -> np.ndarray:
+    """What the surface sends (T,) of ambient light."""
+    return np.asarray(1.0 - loss * (1.0 - _facing(rho_px)[1]) ** 5)
+
+
+def _lamplit(rho_px: float, lamps_rad: np.ndarray, loss: float) -> np.ndarray:
+    """What the surface sends (K, T) of lamps (K,)."""
     x, facing = _facing(rho_px)
     falls = np.cos(lamps_rad)[:, None] * facing + np.sin(lamps_rad)[:, None] * x
-    sent = 1.0 - loss * (1.0 - facing) ** 5
-    return np.asarray(sent * np.vstack([np.ones_like(x), np.maximum(falls, 0.0)]))
+    return np.asarray(_sent(rho_px, loss) * np.maximum(falls, 0.0))
+
+
+def _lit(rho_px: float, lamps_rad: np.ndarray, loss: float) -> np.ndarray:
+    """What the surface sends (1 + K, T) of ambient light and of lamps (K,)."""
+    return np.vstack([_sent(rho_px, loss), _lamplit(rho_px, lamps_rad, loss)])
 
 
 def _mirrored(rho_px: float) -> np.ndarray:
@@ -191,11 +202,28 @@ def mirror_shape(rho_px: float, blur_px: float) -> np.ndarray:
 
 @lru_cache(maxsize=8)
 def lamp_shapes(rho_px: float, blur_px: float, loss: float = 0.0) -> np.ndarray:
-    """`light_shapes` of LAMPS_RAD, to be read only: three in four steps of a fit move the edges
-    under the same blur."""
-    shapes = light_shapes(rho_px, blur_px, LAMPS_RAD, loss)
+    """Blurred profiles of ambient light and of LAMPS_RAD, (1 + K, T) on the template's grid, to be
+    read only: three in four steps of a fit move the edges under the same blur."""
+    shapes = _seen(INSIDE * _lit(rho_px, LAMPS_RAD, loss), blur_px)
     shapes.flags.writeable = False
     return shapes
+
+
+@lru_cache(maxsize=8)
+def sky_shapes(rho_px: float, blur_px: float, loss: float = 0.0) -> np.ndarray:
+    """Blurred profiles of ambient light and of a lamp square to the camera, which lights a limb by
+    the sine of how far it faces away, positive all over a profile: (2, T), to be read only."""
+    shapes = _seen(INSIDE * _lit(rho_px, np.array([ASIDE_RAD]), loss), blur_px)
+    shapes.flags.writeable = False
+    return shapes
+
+
+@lru_cache(maxsize=32)
+def lamp_shape(rho_px: float, blur_px: float, lamp_rad: float, loss: float = 0.0) -> np.ndarray:
+    """Blurred profile of one lamp's light (T,), to be read only."""
+    shape = _seen(INSIDE * _lamplit(rho_px, np.array([lamp_rad]), loss), blur_px)[0]
+    shape.flags.writeable = False
+    return shape
 
 
 def limb_level(ambient: float, lamps: np.ndarray) -> float:

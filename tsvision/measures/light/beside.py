@@ -21,9 +21,9 @@ from tsvision.measures.edges.shading import (
     MIRRORED,
     MIRRORED_SD,
     RAMPS,
-    TEMPLATE_GRID_PX,
     EdgeProfile,
     averaged_blur_px,
+    looked_up,
     mirror_shape,
     ramp_prior,
     ramps_outside,
@@ -71,12 +71,12 @@ class Beside:
         (K, UNKNOWNS)."""
         profile = self.profiles[side]
         t_px = profile.t_px - place_px
-        seen = np.stack([np.interp(t_px, TEMPLATE_GRID_PX, shape) for shape in shapes], axis=1)
+        seen = looked_up(shapes, t_px)
         own = np.zeros((t_px.size, UNKNOWNS))
         one = np.ones_like(t_px)
         own[:, side * OWN : (side + 1) * OWN] = np.stack([one, -one, *ramps_outside(t_px)], axis=1)
         mirror = mirror_shape(rho_px, averaged_blur_px(self.blur_px))
-        own[:, MIRROR] = np.interp(t_px, TEMPLATE_GRID_PX, mirror)
+        own[:, MIRROR] = looked_up(mirror[None], t_px)[:, 0]
         return profile.value + seen[:, 0], lit * seen, own
 
     def prior(self) -> tuple[np.ndarray, np.ndarray]:

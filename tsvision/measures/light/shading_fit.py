@@ -28,12 +28,12 @@ from tsvision.measures.edges.shading import (
     MIRRORED_SD,
     PLACE_RANGE_PX,
     RAMPS,
-    TEMPLATE_GRID_PX,
     EdgeProfile,
     Shading,
     averaged_blur_px,
     lamp_shapes,
     limb_loss,
+    looked_up,
     mirror_shape,
     mirrored_share,
     ramp_prior,
@@ -293,17 +293,19 @@ class _System:
         shapes = lamp_shapes(self.rho_px, blur_px, self.loss)
         blocks, target, gain = [], self.target.copy(), 1.0 - self.black
         for i, (p, sd) in enumerate(zip(self.profiles, self.sd[:2], strict=True)):
-            one = np.ones_like(p.t_px)
-            seen = [np.interp(p.t_px - q[1 + i], TEMPLATE_GRID_PX, shape) for shape in shapes]
-            block = np.zeros((p.t_px.size, self.prior.shape[1]))
-            place = slice(i * self.unknowns, (i + 1) * self.unknowns)
-            target[self.parts[i]] -= self.black * seen[0] / sd
-            ground = [one, -one, *ramps_outside(p.t_px - q[1 + i])]
-            block[:, place] = np.stack([*(gain * v for v in seen), *ground], axis=1) / sd[:, None]
+            t_px = p.t_px - q[1 + i]
+            seen = looked_up(shapes, t_px)
+            block = np.zeros((t_px.size, self.prior.shape[1]))
+            target[self.parts[i]] -= self.black * seen[:, 0] / sd
+            own = block[:, i * self.unknowns : (i + 1) * self.unknowns]
+            lit = seen.shape[1]
+            own[:, :lit] = gain * seen
+            own[:, lit], own[:, lit + 1] = 1.0, -1.0  # the ground's error
+            own[:, lit + 2], own[:, lit + 3] = ramps_outside(t_px)
+            own /= sd[:, None]
             if self.mirrors:
-                mirror = mirror_shape(self.rho_px, blur_px)
-                lost = self.black * np.interp(p.t_px - q[1 + i], TEMPLATE_GRID_PX, mirror)
-                block[:, -1] = -lost / sd
+                lost = looked_up(mirror_shape(self.rho_px, blur_px)[None], t_px)[:, 0]
+                block[:, -1] = -self.black * lost / sd
             elif len(self.sd) > 2:
                 block[:, SHIFTS] = shifted(p) / sd[:, None]
             blocks.append(block)

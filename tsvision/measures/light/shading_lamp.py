@@ -28,13 +28,14 @@ from tsvision.measures.edges.shading import (
     BLUR_RANGE_PX,
     PLACE_RANGE_PX,
     RAMPS,
-    TEMPLATE_GRID_PX,
     EdgeProfile,
     averaged_blur_px,
-    light_shapes,
+    lamp_shape,
     limb_loss,
+    looked_up,
     ramp_prior,
     ramps_outside,
+    sky_shapes,
 )
 from tsvision.measures.light.beside import NONE, SHIFTS, Beside, shifted
 
@@ -43,7 +44,7 @@ RESOLVED = 3.0  # blurs in a strand's radius: of a thinner one no groove is told
 GROOVED_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb and more are dark
 # From three of them one fit in four to fifteen, of lamps far aside, ended far off (drawn tubes).
 STARTS_RAD = np.deg2rad([-60.0, -30.0, 0.0, 30.0, 60.0])
-FURTHEST_RAD, ASIDE_RAD = 1.6, 0.5 * np.pi
+FURTHEST_RAD = 1.6
 UNEVEN_SD = 0.1  # of the core's contrast: by how much what comes from all around is uneven
 COMMON = 3  # unknowns of both sides: the lamp, and a sky of either side
 MOST_STEPS = 3000  # of a fit of light that is nowhere negative
@@ -132,18 +133,18 @@ def _residuals(
         way = 1.0 if side == 0 else -1.0
         t_px = p.t_px - q[1 + side]
         blur_px = averaged_blur_px(float(q[0]))
-        # A lamp square to the camera lights a limb as x, which is positive all over a profile.
-        shapes = light_shapes(rho_px, blur_px, np.array([way * q[3], ASIDE_RAD]), loss)
-        around, lit, aside = (np.interp(t_px, TEMPLATE_GRID_PX, shape) for shape in shapes)
+        around, lit, aside = looked_up(_shapes(rho_px, blur_px, way * q[3], loss), t_px).T
         rows = slice(first, first + t_px.size)
         target[rows] -= black * around / s
-        shaded = np.maximum(t_px / rho_px - GROOVE_FROM, 0.0) ** 2
-        one = np.ones_like(lit)
-        own = [around, one, -one, -shaded * float(grooved), *ramps_outside(t_px)]
-        ends = COMMON + OWN * (side + 1)
-        both = [0.5 * (around + way * aside), 0.5 * (around - way * aside)]
-        design[rows, :COMMON] = np.stack([lit, *both], axis=1) / s[:, None]
-        design[rows, ends - OWN : ends] = np.stack(own, axis=1) / s[:, None]
+        seen = design[rows]
+        seen[:, 0] = lit
+        seen[:, 1], seen[:, 2] = 0.5 * (around + way * aside), 0.5 * (around - way * aside)
+        own = seen[:, COMMON + OWN * side :]
+        own[:, 0], own[:, 1], own[:, 2] = around, 1.0, -1.0
+        if grooved:
+            own[:, 3] = -(np.maximum(t_px / rho_px - GROOVE_FROM, 0.0) ** 2)
+        own[:, 4], own[:, 5] = ramps_outside(t_px)
+        seen /= s[:, None]
         first += t_px.size
     # What both skies give alike is ambient light: without a bound no solution is the best.
     skies = np.zeros((2, design.shape[1]))
@@ -155,6 +156,12 @@ def _residuals(
         design, target = _joined(design, target, moved, sd[2:], rho_px, loss, beside, bright, q)
     light, _ = nnls(design, target, maxiter=MOST_STEPS)
     return np.asarray(design @ light - target)
+
+
+def _shapes(rho_px: float, blur_px: float, lamp_rad: float, loss: float) -> np.ndarray:
+    """Blurred profiles (3, T) of light from all around, of the lamp, and of what is uneven."""
+    around, aside = sky_shapes(rho_px, blur_px, loss)
+    return np.stack([around, lamp_shape(rho_px, blur_px, float(lamp_rad), loss), aside])
 
 
 def _joined(
@@ -177,7 +184,7 @@ def _joined(
     blur_px = averaged_blur_px(beside.blur_px)
     for side, s in enumerate(sd):
         way = 1.0 if side == 0 else -1.0
-        shapes = light_shapes(rho_px, blur_px, np.array([way * q[3], ASIDE_RAD]), loss)
+        shapes = _shapes(rho_px, blur_px, way * q[3], loss)
         seen, light, own = beside.rows(side, q[1 + side], shapes, bright, rho_px)
         around, lit, aside = light.T
         block = np.zeros((s.size, columns))

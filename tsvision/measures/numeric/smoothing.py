@@ -55,18 +55,24 @@ def convolved(values, half, mirrored):  # pragma: no cover - compiled
 def blurred(lines: np.ndarray, sd: float, truncate: float = 4.0) -> np.ndarray:
     """Lines (K, M) smoothed by a Gaussian of many samples, which go on as their last values: by
     Fourier transform, whose cost hardly grows with `sd`."""
-    half = taps(sd, truncate)
-    count, reach = lines.shape[1], half.size - 1
+    count, reach = lines.shape[1], taps(sd, truncate).size - 1
     size = next_fast_len(count + 2 * reach, real=True)
     wide = np.empty((len(lines), size))
     wide[:, :reach] = lines[:, :1]
     wide[:, reach : reach + count] = lines
     wide[:, reach + count :] = lines[:, -1:]
-    weights = np.zeros(size)
-    weights[: reach + 1] = half
-    weights[size - reach :] = half[:0:-1]
-    found = irfft(rfft(wide, axis=1) * rfft(weights).real, size, axis=1)
+    found = irfft(rfft(wide, axis=1) * _spectrum(sd, truncate, size), size, axis=1)
     return np.asarray(found[:, reach : reach + count])
+
+
+@lru_cache(maxsize=64)
+def _spectrum(sd: float, truncate: float, size: int) -> np.ndarray:
+    """What a Gaussian leaves of each frequency (size // 2 + 1,), to be read only."""
+    half = taps(sd, truncate)
+    weights = np.zeros(size)
+    weights[: half.size] = half
+    weights[size - half.size + 1 :] = half[:0:-1]
+    return np.asarray(rfft(weights).real)
 
 
 @numba.njit(cache=True)
