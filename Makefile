@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test lint types docs bench fuzz wheel clean
+.PHONY: demo test test-all lint types docs bench fuzz wheel clean
 
 $(STAMP): pyproject.toml
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -21,7 +21,11 @@ lint: $(STAMP)
 types: $(STAMP)
 	$(BIN)/mypy
 
+# within ten minutes on two cores; what takes longer is marked slow
 test: lint types
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow"
+
+test-all: lint types
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 docs: $(STAMP)

@@ -92,6 +92,7 @@ def test_a_drawing_finds_the_bundle_again_and_what_it_lacks() -> None:
     assert found.rope.diameter_px > 25.5
 
 
+@pytest.mark.slow
 def test_frames_beside_their_reconstruction(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -109,8 +109,16 @@ def do(step: Step, folder: Path, request: pytest.FixtureRequest) -> None:
         run(["bash", "-euo", "pipefail", "-c", step.text], folder)
 
 
+def _param(page: Path) -> Any:
+    """The page by its name: the README always, others that draw a film in `make test-all`."""
+    steps = steps_of(page.read_text(encoding="utf-8"))
+    draws = any(s.kind in ("film", "video") or "tsvision synth" in s.text for s in steps)
+    marks = [pytest.mark.slow] if draws and page.name != "README.md" else []
+    return pytest.param(page, id=page.relative_to(ROOT).as_posix(), marks=marks)
+
+
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash on this machine")
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT).as_posix())
+@pytest.mark.parametrize("page", [_param(page) for page in PAGES])
 def test_the_page_does_what_it_says(
     page: Path, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:

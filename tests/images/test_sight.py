@@ -78,7 +78,7 @@ def off_axis_px(sight: Sight) -> float:
     return max(abs(float((p - sight.axis.at(np.array(0.0))) @ normal)) for p in (START, END))
 
 
-@pytest.mark.parametrize("shadow", [0.35, 0.5])
+@pytest.mark.parametrize("shadow", [0.35, pytest.param(0.5, marks=pytest.mark.slow)])
 def test_shadow_beside_dark_strands_is_not_measured(shadow: float) -> None:
     """A shadow half as dark as the strands, soft and touching them: measured 17.9 px wide (16 and
     the blur); 38 to 45 px when it was taken for strings."""
@@ -208,8 +208,10 @@ def test_a_hue_of_one_colour_is_no_way_out_of_a_shadow_that_is_the_other() -> No
     assert off_axis_px(sight) < 1.0
 
 
-@pytest.mark.parametrize("shadow", [0.5, 0.8])
-@pytest.mark.parametrize("red", [(0.06, 0.06, 0.35), (0.08, 0.08, 0.45)])
+@pytest.mark.parametrize("shadow", [pytest.param(0.5, marks=pytest.mark.slow), 0.8])
+@pytest.mark.parametrize(
+    "red", [(0.06, 0.06, 0.35), pytest.param((0.08, 0.08, 0.45), marks=pytest.mark.slow)]
+)
 def test_red_on_green_with_a_shadow(red: tuple[float, float, float], shadow: float) -> None:
     """As dark as the ground or darker, and the shadow darker still: with the strings it made one
     run 35 px wide, or was measured in place of them. Its hue is the ground's."""
@@ -221,7 +223,7 @@ def test_red_on_green_with_a_shadow(red: tuple[float, float, float], shadow: flo
     assert abs(float(sight.signal.weights @ np.array(ground))) < 0.02
 
 
-@pytest.mark.parametrize("pictures", [1, 8])
+@pytest.mark.parametrize("pictures", [1, pytest.param(8, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("shadow", [0.35, 0.7])
 @pytest.mark.parametrize(
     ("ground", "strand"),
@@ -263,6 +265,7 @@ def test_a_hue_is_asked_for_only_where_a_shadow_is_deep() -> None:
     assert sight.width_px == pytest.approx(BUNDLE_PX, abs=3.0)
 
 
+@pytest.mark.slow
 def test_an_uneven_ground_is_no_shadow() -> None:
     """Red strings on sand of light and dark patches: a hue was asked for though no shadow is there,
     whose limbs are dim and whose edges are blurred, and D was found 6 % too large."""
@@ -347,7 +350,7 @@ def test_black_and_white_strands_on_grey_are_both_seen(grey: bool) -> None:
     assert off_axis_px(sight) < 1.0
 
 
-@pytest.mark.parametrize("red", [0.15, 0.3])
+@pytest.mark.parametrize("red", [pytest.param(0.15, marks=pytest.mark.slow), 0.3])
 def test_a_bright_spigot_is_not_what_tells_dark_strands(red: float) -> None:
     """Red and black on near-black stand out by little, the connector's spigot on their axis by
     five hundred times as much: it was taken for all that few turns leave of the bundle, and

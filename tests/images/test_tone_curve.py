@@ -115,6 +115,7 @@ def rows(recording: Recording, gamma: float) -> list[FrameRow]:
     return [result.row for result in measure_frames(told)]
 
 
+@pytest.mark.slow
 def test_a_film_of_linear_light_is_measured_as_if_told(linear_film: Recording) -> None:
     guessed, given = rows(linear_film, np.nan), rows(linear_film, 1.0)
     assert linear_film.rig.camera.gamma == 1.0  # what the renderer wrote beside it

@@ -15,7 +15,7 @@ from tsvision.records import Rig
 from tsvision.timeline.account import account
 
 
-@pytest.mark.parametrize("step", [0.25, 1.0, 2.5])
+@pytest.mark.parametrize("step", [pytest.param(0.25, marks=pytest.mark.slow), 1.0, 2.5])
 def test_the_live_decision_is_the_recordings_within_two_frames(step: float) -> None:
     for seed in range(4):
         series = simulate(Plan(step_turns=step, knot_turns=(40.3 + seed, 48.0), seed=seed))

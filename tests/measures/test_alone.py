@@ -18,6 +18,7 @@ from tsvision.measures.recording import measure_frames
 from tsvision.rig import load_rig
 
 
+@pytest.mark.slow
 def test_strands_of_two_colours_beside_a_rod(tmp_path: Path) -> None:
     """Copper and blue as bright as their ground: neither stands out all along, a dark rod with its
     shadow does, and was measured, 61 px wide where the bundle has 31. In blur, shadow and JPEG the

@@ -28,6 +28,7 @@ def test_the_number_of_strands_is_told_by_the_outline(strings: int, number: int)
     assert row.pitch_px == pytest.approx(case.pitch_px, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_known_string_diameter_raises_the_confidence() -> None:
     case = replace(cases(4)[5], noise=0.05)
     found = [

@@ -20,6 +20,7 @@ from tsvision.records import Frame, Rig, Scale, Strings
 D_PX = 16.0
 
 
+@pytest.mark.slow
 def test_a_bundle_that_comes_into_view_late_is_measured() -> None:
     """Six of eight frames show legs that meet beyond the view: a line between them, or a leg, was
     taken for the bundle's, and no frame was measured (`--wild 580`, `611`, `738`)."""

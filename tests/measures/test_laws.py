@@ -141,7 +141,7 @@ def test_a_picture_of_noise_has_no_bundle() -> None:
     assert np.isnan(row.diameter_px) or Flag.ENVELOPE_ONLY in flags_from_text(row.flags)
 
 
-@pytest.mark.parametrize("seed", [11, 13])
+@pytest.mark.parametrize("seed", [11, pytest.param(13, marks=pytest.mark.slow)])
 def test_edges_without_ground_beside_them_are_flagged(seed: int) -> None:
     """The same yarn all over: what is taken for a bundle ends nowhere, and may be short."""
     rng = np.random.default_rng(seed)
@@ -166,7 +166,10 @@ def test_edges_that_matched_badly_are_told_from_those_that_did_not() -> None:
     assert edges_poor(Edges(s, 0.0 * s + 10.0, 0.0 * s - 10.0, holes, 0.0 * s + 0.9))
 
 
-@pytest.mark.parametrize(("strings", "diameter_px"), [(2, 24.0), (4, 40.0), (8, 44.0)])
+@pytest.mark.parametrize(
+    ("strings", "diameter_px"),
+    [pytest.param(2, 24.0, marks=pytest.mark.slow), (4, 40.0), (8, 44.0)],
+)
 def test_a_limb_darker_than_its_ground_is_seen(strings: int, diameter_px: float) -> None:
     """Light from above on white strands before a grey ground, of which their lower limbs show
     less: none was measured (edges poor), and path-traced ones came out a sixth too thin."""

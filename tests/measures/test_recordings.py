@@ -81,6 +81,7 @@ def test_straight_bundles(name: str, request: pytest.FixtureRequest) -> None:
     assert (rows["knot_count"] == truth["knot_count"])[straight].all()
 
 
+@pytest.mark.slow
 def test_turns_that_the_pictures_contradict_are_flagged(tmp_path: Path) -> None:
     """A gear of 2 that nobody told of; a slip of 5 % is data, not a fault."""
     told, _ = rendered(tmp_path / "film", 4, "dark_on_bright", slip=0.05)
@@ -93,6 +94,7 @@ def test_turns_that_the_pictures_contradict_are_flagged(tmp_path: Path) -> None:
     np.testing.assert_allclose(doubled["pitch_px"], told["pitch_px"], rtol=3e-3)
 
 
+@pytest.mark.slow
 def test_without_a_fit_the_width_between_knots_stands_for_d(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -150,7 +152,7 @@ def test_a_slip_is_seen_in_the_pictures_alone(
     assert growth[1] == pytest.approx(0.95, abs=0.01)
 
 
-@pytest.mark.parametrize("hidden", [0.03, 0.15])
+@pytest.mark.parametrize("hidden", [0.03, pytest.param(0.15, marks=pytest.mark.slow)])
 def test_a_connector_beyond_the_view(hidden: float, tmp_path: Path) -> None:
     """L tells where it is: a little beyond, turns are counted to there; far beyond they are not,
     and the rows say why. The apex is in view all the same."""
@@ -170,7 +172,10 @@ def test_a_connector_beyond_the_view(hidden: float, tmp_path: Path) -> None:
         assert (cut["turns_seen_sd"] > rows["turns_seen_sd"]).all()
 
 
-@pytest.mark.parametrize(("look", "colour"), [("bright_on_dark", False), ("two_coloured", True)])
+@pytest.mark.parametrize(
+    ("look", "colour"),
+    [("bright_on_dark", False), pytest.param("two_coloured", True, marks=pytest.mark.slow)],
+)
 def test_colour_is_decoded_where_it_tells(
     look: str, colour: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -188,6 +193,7 @@ def test_colour_is_decoded_where_it_tells(
     assert rows["diameter_px"].notna().all()
 
 
+@pytest.mark.slow
 def test_a_limb_that_sends_no_light_is_placed_by_the_outline(tmp_path: Path) -> None:
     """The lamp 70 degrees from the camera: 2 px of 21 thin where only the light was asked."""
     changes = {"camera.width_px": 1280, "camera.height_px": 480}
@@ -200,6 +206,7 @@ def test_a_limb_that_sends_no_light_is_placed_by_the_outline(tmp_path: Path) -> 
     assert (error < 2.0 * seen["diameter_px_sd"]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limb_loss", [0.3, 0.37])
 def test_learning_that_only_seems_to_have_settled_goes_on(
     limb_loss: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -27,6 +27,7 @@ def told(
     return sense_of(None, None, looks(learnt, 1), turns, before)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_a_frame_of_legs_has_the_sense_of_the_bundle_that_comes_into_view(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

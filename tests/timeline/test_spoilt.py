@@ -79,6 +79,7 @@ def test_sound_as_it_is(sound: Path, true_turns: float) -> None:
     assert story.notes == ()
 
 
+@pytest.mark.slow
 def test_frames_and_turns_shuffled_together(
     tmp_path: Path, sound: Path, pictures: list[np.ndarray], true_turns: float
 ) -> None:
@@ -109,6 +110,7 @@ def test_read_backward(
     assert any("backward" in note for note in story.notes)
 
 
+@pytest.mark.slow
 def test_pictures_reversed_against_their_turns_tell_no_number(
     tmp_path: Path, sound: Path, pictures: list[np.ndarray]
 ) -> None:
@@ -126,6 +128,7 @@ def test_missing_frames(
     assert right(told(spoilt).onsets["knot_onset"], true_turns)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", [COUNT - 3])
 def test_one_flash_frame(
     tmp_path: Path, sound: Path, pictures: list[np.ndarray], true_turns: float, at: int
@@ -137,6 +140,7 @@ def test_one_flash_frame(
     assert moves(open_recording(spoilt)) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bump_px", [(3, 5), (40, 22)])
 def test_camera_bumped_once_in_the_middle(
     tmp_path: Path,

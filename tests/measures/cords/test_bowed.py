@@ -55,6 +55,7 @@ def test_a_bowed_cord_is_followed_and_flagged() -> None:
     assert np.nanmax(result.profile.s_px) == pytest.approx(LENGTH_PX, rel=0.03)
 
 
+@pytest.mark.slow
 def test_the_mirrored_picture_shows_the_other_sense() -> None:
     assert measured(three_ply("Z")).row.handedness == "Z"
     assert measured(three_ply("S")).row.handedness == "S"
@@ -94,6 +95,7 @@ def test_a_picture_without_the_cord_says_what_else_is_not_known() -> None:
     assert flags & lacking == lacking and np.isfinite(row.axis_x0_px)
 
 
+@pytest.mark.slow
 def test_hairs_are_not_the_edge() -> None:
     clean, hairy = measured(three_ply("Z")).row, measured(three_ply("Z", 150)).row
     assert Flag.FIBRES in flags_from_text(hairy.flags)
@@ -115,6 +117,7 @@ def test_length_along_the_curve_gives_the_scale() -> None:
     assert Flag.NO_SCALE not in flags_from_text(one.flags)
 
 
+@pytest.mark.slow
 def test_two_coloured_plies_beside_their_shadow() -> None:
     row = measured(two_colours()).row
     assert row.handedness == "S"
@@ -187,7 +190,7 @@ def test_a_straight_bundle_keeps_its_looks_untouched() -> None:
     assert same is looks
 
 
-@pytest.mark.parametrize("count", [2, None])
+@pytest.mark.parametrize("count", [2, pytest.param(None, marks=pytest.mark.slow)])
 def test_a_strand_of_a_straight_bundle_is_no_cord_that_winds(count: int | None) -> None:
     """Two thick strands lit from 40 degrees: the brighter one was followed along its winds, and
     16.6 px told of a bundle of 55."""

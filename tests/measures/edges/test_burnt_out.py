@@ -25,6 +25,7 @@ def burnt() -> np.ndarray:
     return exposed(4.0)
 
 
+@pytest.mark.slow
 def test_burnt_out_strings_are_flagged_and_less_sure(burnt: np.ndarray) -> None:
     """Of two films of eight whose strings were burnt out nothing said so, for the ground was not,
     and D was 0.5 px too thick of 13 with 0.2 stated (`wild 649`)."""

@@ -70,7 +70,7 @@ def test_legs_that_all_meet_at_one_place_do_not_tell(tmp_path: Path) -> None:
     assert seen is None or not np.isfinite(seen.sd_px) or seen.sd_px > 0.05 * seen.half_px
 
 
-@pytest.mark.parametrize("legs_in_view", [True, False])
+@pytest.mark.parametrize("legs_in_view", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_the_holes_distance_gives_the_scale(tmp_path: Path, legs_in_view: bool) -> None:
     """S over the px that the legs leave between the holes; where these are not in view a mm is
     not invented."""

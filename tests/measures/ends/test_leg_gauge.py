@@ -108,7 +108,9 @@ def test_either_counts_as_it_is_sure(dark: tuple[list[np.ndarray], Looks]) -> No
     assert 0.0 < hardly < 0.05
 
 
-@pytest.mark.parametrize(("count", "corrected"), [(2, True), (4, False)])
+@pytest.mark.parametrize(
+    ("count", "corrected"), [(2, True), pytest.param(4, False, marks=pytest.mark.slow)]
+)
 def test_a_width_that_light_leaves_open_is_told_by_the_legs_of_two_strings(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int, corrected: bool
 ) -> None:

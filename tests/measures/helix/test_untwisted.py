@@ -58,6 +58,7 @@ def test_a_bundle_of_eight_is_not_smooth(seed: int) -> None:
     assert not is_smooth(bundle, fit)
 
 
+@pytest.mark.slow
 def test_a_picture_of_such_a_leg_tells_no_width() -> None:
     """Eight strings make a bundle of 96 px, four side by side a smooth strip of 72."""
     rng = np.random.default_rng(1)

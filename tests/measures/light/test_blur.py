@@ -65,6 +65,7 @@ def test_blurs_are_the_frames_where_diameters_agree_better_under_them() -> None:
     assert not undecided(np.array([0.85, 1.3, np.nan]))  # too few to tell
 
 
+@pytest.mark.slow
 def test_a_smeared_frame_is_as_thick_as_the_sharp_ones() -> None:
     """Every second picture smeared over 6 px across the axis: read as sharp as the others, those
     came out 2.2 px thick. Now 0.4 px thin, for a smear is no Gaussian, and their uncertainty says

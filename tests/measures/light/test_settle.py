@@ -178,7 +178,9 @@ def test_edges_stay_where_light_is_unsure_or_colour_or_far_off(
     assert light_sd_px(look.shading) > least_sd_px
 
 
-@pytest.mark.parametrize(("number", "beyond_px"), [(21, -np.inf), (34, 0.15)])
+@pytest.mark.parametrize(
+    ("number", "beyond_px"), [(21, -np.inf), pytest.param(34, 0.15, marks=pytest.mark.slow)]
+)
 def test_a_dark_limb_in_noise_is_found_where_most_columns_miss_it(
     number: int, beyond_px: float
 ) -> None:

@@ -18,6 +18,7 @@ BESIDE: dict[str, object] = {
 BLACK, GREY = (0.03, 0.03, 0.035), (0.18, 0.18, 0.19)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shadow", [0.35, 0.5])
 def test_black_strings_that_gleam_before_grey(tmp_path: Path, shadow: float) -> None:
     """A shadow half as dark as they are was a part of them: no D, or 38 px more than 40."""

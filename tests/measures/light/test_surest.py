@@ -39,7 +39,7 @@ ORANGE = (0.62, 0.25, 0.04)
 RED, PALE_GREEN = (0.4, 0.04, 0.05), (0.36, 0.47, 0.39)
 
 
-@pytest.mark.parametrize("count", [2, 4])
+@pytest.mark.parametrize("count", [pytest.param(2, marks=pytest.mark.slow), 4])
 def test_dark_red_strings_on_an_uneven_pale_ground(tmp_path: Path, count: int) -> None:
     """They are found by their hue, for the ground is too uneven, and measured by their brightness:
     within 0.06 px of 15 and 21, by their hue up to 1.8 px thick."""
@@ -56,6 +56,7 @@ def test_dark_red_strings_on_an_uneven_pale_ground(tmp_path: Path, count: int) -
     assert sd_px.max() < 0.3
 
 
+@pytest.mark.slow
 def test_strings_as_bright_as_their_ground_keep_their_hue(tmp_path: Path) -> None:
     measurer, error_px, sd_px = measured(tmp_path / "film", film_of(4, "equal_luma", {}))
     assert measurer.looks is not None
@@ -63,6 +64,7 @@ def test_strings_as_bright_as_their_ground_keep_their_hue(tmp_path: Path) -> Non
     assert (np.abs(error_px) < 1.96 * sd_px).all()
 
 
+@pytest.mark.slow
 def test_a_hue_that_spreads_over_dark_ground_does_not_make_strings_thin(tmp_path: Path) -> None:
     """Green strings on dim, blotched grey, told by their hue in a JPEG: 1.5 to 1.9 px of 28 thin
     before what the file does to their edges was undone, 0.8 px thick at most now."""
@@ -80,6 +82,7 @@ def test_a_hue_that_spreads_over_dark_ground_does_not_make_strings_thin(tmp_path
     assert (np.abs(error_px) < 1.96 * sd_px).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rgb", "most_px"), [((0.08, 0.30, 0.10), 0.8), ((0.05, 0.12, 0.45), 0.6)])
 def test_brightness_tells_where_a_hue_ends_on_a_lit_ground(
     tmp_path: Path, rgb: tuple[float, float, float], most_px: float
@@ -102,6 +105,7 @@ def test_brightness_tells_where_a_hue_ends_on_a_lit_ground(
     assert (np.abs(error_px) < 1.96 * sd_px).all()
 
 
+@pytest.mark.slow
 def test_a_hue_tells_where_a_limb_is_as_bright_as_its_ground(tmp_path: Path) -> None:
     """Orange strings lit from above, whose lower limb brightness does not show: given that alone
     nothing is fitted, or what is wide as a plate, until a hue is asked (`wild 1215`, 1.9 px of 43
@@ -130,6 +134,7 @@ def test_a_hue_tells_where_a_limb_is_as_bright_as_its_ground(tmp_path: Path) -> 
     assert told.edge.diameter_px == pytest.approx(looks.diameter_px, abs=0.4)
 
 
+@pytest.mark.slow
 def test_a_limb_in_the_dark_hides_no_bundle(tmp_path: Path) -> None:
     """It was taken for a black strand beside orange ones, and nothing was measured."""
     changes: dict[str, object] = {
@@ -145,6 +150,7 @@ def test_a_limb_in_the_dark_hides_no_bundle(tmp_path: Path) -> None:
     assert np.abs(error_px).max() < 0.2
 
 
+@pytest.mark.slow
 def test_pale_strings_have_no_hue_to_ask(tmp_path: Path) -> None:
     """By what sum of channels tells white from grey best, mostly brightness, they were 3.4 px thin
     and outside their interval."""
@@ -162,6 +168,7 @@ def test_pale_strings_have_no_hue_to_ask(tmp_path: Path) -> None:
     assert (np.abs(error_px) < 1.96 * sd_px).all()
 
 
+@pytest.mark.slow
 def test_grey_strands_beside_red_ones_on_a_grey_ground(tmp_path: Path) -> None:
     """Across the ground's colour the grey ones hardly show, in blocks of 16 px: four strands of 8
     px came out 1.6 px thin. By how far they are from the ground in all, brightness too, 0.7 px."""
@@ -190,6 +197,7 @@ def test_a_distance_that_adds_a_shadow_is_not_taken_for_what_shows_more() -> Non
     assert not _shows_better(less_sure(whole, 3.0), across)
 
 
+@pytest.mark.slow
 def test_the_ground_that_strings_leave_tells_where_their_limbs_fade(tmp_path: Path) -> None:
     """Red strings before blue cloth in a coarse JPEG: by their own hue, which fades at a limb as
     the light does, 1.9 to 2.3 px of 29 thin and surer than that."""

@@ -136,6 +136,7 @@ def test_less_than_a_lobe_tells_no_diameter(monkeypatch: pytest.MonkeyPatch) -> 
     assert {"FEW_LOBES", "NO_PITCH"} <= set(part.flags.split("|"))
 
 
+@pytest.mark.slow
 def test_a_pitch_that_may_as_well_be_none_is_not_given(monkeypatch: pytest.MonkeyPatch) -> None:
     """A region without ground gave 2500 px with an sd of 1900, in a picture of 768."""
     pixels = picture()
@@ -148,6 +149,7 @@ def test_a_pitch_that_may_as_well_be_none_is_not_given(monkeypatch: pytest.Monke
     assert np.isnan(given).all() and "NO_PITCH" in unsure.flags.split("|")
 
 
+@pytest.mark.slow
 def test_a_pitch_that_the_motor_doubts_by_half_is_not_given(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
