@@ -39,8 +39,8 @@ def command(
 def _refuse_foreign(out: Path, overwrite: bool) -> None:
     """Before any work: only what an earlier demo wrote is replaced."""
     from synth.recording import RECORDING
-    from tsvision.out_folder import check_out
-    from tsvision.results.folder import MEASUREMENT
+    from tsvision.results.files import MEASUREMENT
+    from tsvision.staging import check_out
 
     check_out(out / "recording", RECORDING, overwrite)
     check_out(out / "measured", MEASUREMENT, overwrite)

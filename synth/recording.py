@@ -30,7 +30,7 @@ from synth.settings import Settings
 from synth.strands import hole_diameter_mm, strand_paths
 from synth.truth import FrameTruth, frame_truth, hardware_truth, scale_at
 from synth.validate import check
-from tsvision.out_folder import Kind, check_out, staged
+from tsvision.staging import Kind, check_out, staged
 
 Progress = Callable[[int, int], None]
 _TRUTH = "truth.json"

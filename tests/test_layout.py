@@ -38,7 +38,7 @@ ALLOWED = {
     },
     "tsvision.mechanisms": {"tsvision.models"},
     "tsvision.diagnosis": {"tsvision.models", "tsvision.mechanisms", "tsvision.data"},
-    "synth": {"tsvision.out_folder"},
+    "synth": {"tsvision.staging"},
 }
 # Within the measuring code: each knows only those before it. Files beside the folders are stages.
 STAGES = (

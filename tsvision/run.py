@@ -18,10 +18,9 @@ from tsvision.atomic import write_text
 from tsvision.errors import InputError
 from tsvision.images.frames import input_files, open_recording, part_of
 from tsvision.jsonable import to_json
-from tsvision.out_folder import check_out, staged
 from tsvision.records import FrameResult, Recording
 from tsvision.results.budget import write_budget
-from tsvision.results.folder import MEASUREMENT, PROFILES, SUMMARY
+from tsvision.results.files import MEASUREMENT, PROFILES, SUMMARY
 from tsvision.results.read import read_table
 from tsvision.results.summary import make_summary, sha256_of
 from tsvision.results.tables import (
@@ -34,6 +33,7 @@ from tsvision.results.tables import (
 from tsvision.results.unread import unread
 from tsvision.rig import find_rig, load_rig
 from tsvision.run_guard import Measure, without_losing_rows
+from tsvision.staging import check_out, staged
 
 _BYTES_A_FRAME = 40_000  # profiles of a 1920 px wide picture, compressed
 SEGMENT_FRAMES = 1000

@@ -144,6 +144,6 @@ def test_what_is_made_from_a_measurement_goes_when_it_is_replaced() -> None:
     from tsvision.report.sheet import SHEET_NAME
     from tsvision.report.video import VIDEO_NAME
     from tsvision.report.viewer import VIEWER_NAME
-    from tsvision.results.folder import OWN_FILES
+    from tsvision.results.files import OWN_FILES
 
     assert {PAGE_NAME, SHEET_NAME, VIDEO_NAME, VIEWER_NAME} <= OWN_FILES

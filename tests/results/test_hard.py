@@ -172,9 +172,9 @@ def test_a_kill_after_both_renames_loses_nothing(film: Path, tmp_path: Path, mea
 
 
 def test_two_runs_at_once_do_not_touch_each_other(film: Path, tmp_path: Path, measure) -> None:
-    from tsvision.out_folder import staged
-    from tsvision.results.folder import MEASUREMENT
+    from tsvision.results.files import MEASUREMENT
     from tsvision.run import measure_to_folder
+    from tsvision.staging import staged
 
     with staged(tmp_path / "out", MEASUREMENT) as other:
         (other / "half.txt").write_text("")

@@ -213,7 +213,7 @@ def test_an_old_measurement_that_cannot_step_aside_leaves_nothing_behind(
             raise OSError(errno.EBUSY, "Device or resource busy")
         rename(source, target)
 
-    monkeypatch.setattr("tsvision.out_folder.os.rename", busy)
+    monkeypatch.setattr("tsvision.staging.os.rename", busy)
     with pytest.raises(InputError, match="busy"):
         measure_to_folder(film, out, overwrite=True, measure=measure)
     assert everything_in(out) == before
@@ -270,7 +270,7 @@ def test_output_place_is_checked_before_measuring(film: Path, tmp_path: Path) ->
 
 def test_no_room_is_said_before_measuring(film: Path, tmp_path: Path, monkeypatch, measure) -> None:
     nearly_full = SimpleNamespace(free=1000)
-    monkeypatch.setattr("tsvision.out_folder.shutil.disk_usage", lambda place: nearly_full)
+    monkeypatch.setattr("tsvision.staging.shutil.disk_usage", lambda place: nearly_full)
     with pytest.raises(InputError, match="make room"):
         measure_to_folder(film, tmp_path / "out", measure=measure)
 

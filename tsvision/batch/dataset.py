@@ -13,7 +13,7 @@ from urllib.parse import quote
 
 import pyarrow.parquet as pq
 
-from tsvision.results.folder import SUMMARY
+from tsvision.results.files import SUMMARY
 from tsvision.results.overview import recordings_table
 
 DATASET = "dataset"

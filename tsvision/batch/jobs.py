@@ -16,9 +16,8 @@ from typing import Any
 
 from tsvision.errors import InputError
 from tsvision.images.frames import input_files
-from tsvision.out_folder import staged
 from tsvision.records import Recording
-from tsvision.results.folder import ALWAYS_THERE, MEASUREMENT, PROFILES
+from tsvision.results.files import ALWAYS_THERE, MEASUREMENT, PROFILES
 from tsvision.results.read import read_summary
 from tsvision.results.summary import code_digest, content_key, sha256_of
 from tsvision.results.tables import (
@@ -29,6 +28,7 @@ from tsvision.results.tables import (
 )
 from tsvision.run import Request, Stretch, open_request, segments, write_tables
 from tsvision.run_guard import Measure, without_losing_rows
+from tsvision.staging import staged
 
 MEASURE = "tsvision.timeline.steadily:measure_steadily"
 RECORDINGS = "recordings"

@@ -21,8 +21,8 @@ def resolve_scale(rig: Rig) -> Scale:
 
     `mm_per_px` wins. `scale_from = "length"` with two `points_px` divides `length_mm` by their
     distance; scales from the holes' distance (`scale_between_holes`) or from a curve's length
-    (`scale_along`) are set once the geometry is found. Raises InputError for a recipe that lacks
-    its parts.
+    (`scale_from_length`) are set once the geometry is found. Raises InputError for a recipe that
+    lacks its parts.
     """
     camera = rig.camera
     if np.isfinite(camera.mm_per_px):
@@ -50,7 +50,7 @@ def needs_curve(rig: Rig) -> bool:
     return camera.scale_from == "length" and not given and camera.length_mm > 0
 
 
-def scale_along(rig: Rig, length_px: float, width_px: float) -> Scale:
+def scale_from_length(rig: Rig, length_px: float, width_px: float) -> Scale:
     """The scale from `camera.length_mm` over the length of the found curve, end to end.
 
     Its uncertainty holds both ends, known to a quarter of the cord's width, and what bows towards

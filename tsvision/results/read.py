@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from tsvision.errors import InputError
-from tsvision.results.folder import SUMMARY
+from tsvision.results.files import SUMMARY
 from tsvision.results.schema import FORMAT
 
 _COUNTS = ("format", "frames_total", "frames_measured", "frames_flagged")

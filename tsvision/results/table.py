@@ -8,7 +8,7 @@ import duckdb
 import pyarrow as pa
 
 from tsvision.errors import InputError
-from tsvision.results.folder import SUMMARY
+from tsvision.results.files import SUMMARY
 from tsvision.results.overview import recordings_table
 
 TABLES = ("frames", "profiles", "knots")

@@ -16,7 +16,7 @@ from collections import deque
 import numpy as np
 import pandas as pd
 
-from tsvision.measures.zone.criterion import COIL_RATIO
+from tsvision.measures.zone.definitions import COIL_RATIO
 from tsvision.measures.zone.knots import LOBE
 from tsvision.timeline.evidence import CONFIDENCE_IF_UNKNOWN, ratio_of
 from tsvision.timeline.lengths import UNITS, in_diameters

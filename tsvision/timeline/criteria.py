@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tsvision.measures.zone.criterion import COIL_RATIO, KNOT_RATIO, KNOT_RISE, UNEVENNESS
+from tsvision.measures.zone.definitions import COIL_RATIO, KNOT_RATIO, KNOT_RISE, UNEVENNESS
 
 PHASES = ("twist", "overtwist", "local overtwist", "knotted", "irreversible")
 """Phases in rising order; each holds what the ones before it hold, but more."""

@@ -19,7 +19,7 @@ from tsvision.measures.cords.rope import Rope, measure_rope
 from tsvision.measures.frame import Warm, measure_frame
 from tsvision.measures.helix.uncertainty import angle_sd
 from tsvision.measures.looks import Looks, learn_looks, possible_px, sight_of
-from tsvision.measures.scale import needs_curve, scale_along
+from tsvision.measures.scale import needs_curve, scale_from_length
 from tsvision.measures.zone.envelope import baseline_px, unevenness_of
 from tsvision.measures.zone.knots import find_knots, in_mm
 from tsvision.records import Frame, FrameResult, FrameRow, KnotSighting, Profile, Rig, Scale
@@ -74,7 +74,7 @@ def learn_bowed(
     if told and not by_length and looks is not None and _is_strand(curve, looks, pictures[0]):
         return None, looks
     if by_length:
-        scale = scale_along(rig, curve.end_px - curve.start_px, curve.width_px)
+        scale = scale_from_length(rig, curve.end_px - curve.start_px, curve.width_px)
     # A straight search may follow the shadow beside coloured strings, never a bundle with legs.
     astray = curve.ground is not None and not (curve.alike or curve.legs)
     if not curve.bowed and looks is not None:

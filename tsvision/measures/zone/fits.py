@@ -45,7 +45,7 @@ TRIED = 3  # stretches from the separator on, until one can be fitted at all
 LEAST_TURNS = 0.9  # that tell pitch and width apart
 ALIKE = 1.15  # ratio of two pitches of one bundle, at most
 AS_WELL = 0.1  # of the light inside, that a coil may explain less than the best known to be it
-POOR = 0.3  # cost of a fit above which others are tried
+OTHERS_TRIED = 0.3  # cost of a fit above which others are tried
 HELPS = 0.75  # of a coil's cost, that one which goes wider and narrower has to come below
 
 
@@ -263,7 +263,7 @@ def _contradict(near: BundleFit, mid: BundleFit) -> bool:
 def _is_poor(edges: Edges, found: BundleFit) -> bool:
     """Whether a fit leaves more of its edges than their noise."""
     part = edges.window(found.s_low_px, found.s_high_px)
-    return found.fit.cost > POOR and not told_by_noise(part, found.fit, SCALE_PX)
+    return found.fit.cost > OTHERS_TRIED and not told_by_noise(part, found.fit, SCALE_PX)
 
 
 def _better(other: BundleFit, near: BundleFit) -> bool:

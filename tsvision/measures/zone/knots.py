@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from tsvision.measures.edges.edges import Edges
-from tsvision.measures.zone.criterion import KNOT_RATIO, KNOT_RISE
+from tsvision.measures.zone.definitions import KNOT_RATIO, KNOT_RISE
 from tsvision.measures.zone.envelope import baseline_px, closed_over, envelope_px, reach_px
 from tsvision.measures.zone.laid import coil_rate
 from tsvision.records import NAN, KnotSighting

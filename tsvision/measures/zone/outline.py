@@ -16,7 +16,7 @@ from tsvision.measures.looks import Looks
 from tsvision.measures.numeric.line import line_through
 from tsvision.measures.numeric.sums import deviation
 from tsvision.measures.zone.along import mm_along
-from tsvision.measures.zone.criterion import COIL_RATIO
+from tsvision.measures.zone.definitions import COIL_RATIO
 from tsvision.measures.zone.envelope import Envelope, middle_swing, unevenness_of
 from tsvision.measures.zone.knots import Outline, baseline_along_px, in_mm, knots_along
 from tsvision.records import FrameRow, KnotSighting, Profile

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tsvision.out_folder import Kind
+from tsvision.staging import Kind
 
 SUMMARY = "summary.json"
 PROFILES = "profiles.parquet"
