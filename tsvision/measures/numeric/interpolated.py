@@ -8,8 +8,8 @@ import numpy as np
 
 @numba.njit(cache=True)
 def interpolated(at, grid, lines):  # pragma: no cover - compiled
-    """Lines (S, T) on an even grid (T,) at some places (M,), (M, S): to the last bit as numpy's
-    `interp`, which looks for the places anew for each line."""
+    """Lines (S, T) on an even grid (T,) at some places (M,), none of them NaN, (M, S): to the last
+    bit as numpy's `interp`, which looks for the places anew for each line."""
     step = grid[1] - grid[0]
     last = grid.size - 1
     out = np.empty((at.size, len(lines)))
