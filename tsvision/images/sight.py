@@ -239,7 +239,7 @@ def _sight_along(pictures: list[np.ndarray], trial: Trial, told: Told) -> Sight:
         # Frames of few turns, which the line was told without, may show legs most of the way. Where
         # none are seen what stands out may be the connector, and nothing supports the line.
         other, there, more = _follow(linears, axis, width, True)
-        shown = other.support > SUPPORTED * found.support and _same(found, other)
+        shown = other.support > SUPPORTED * found.support and _alike(found, other)
         if shown and more.separation > TWICE * seen.separation:
             found, strips, seen = other, there, more
     axis, width, between, half = found.axis, found.width_px, found.between, strips[0].half_px

@@ -62,6 +62,15 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
         whole = _learnt_by(DISTANCE, learnt, section, half_px)
         if whole is not None and _shows_better(whole.edge, learnt.edge):
             learnt = whole
+    elif learnt.sight.signal.way is Way.HUE and not _is_matched(learnt.edge):
+        # Maybe of one of several colours; another's is the ground's by that hue.
+        whole = _learnt_by(DISTANCE, learnt, section, half_px)
+        if (
+            whole is not None
+            and _is_matched(whole.edge)
+            and _is_no_thicker(whole.edge, learnt.edge)
+        ):
+            learnt = whole
     if learnt.sight.signal.in_colour:
         other = _learnt_by(LUMA, learnt, section, half_px)
     else:
@@ -245,6 +254,11 @@ def _is_no_thicker(edge: EdgeLook, hue: EdgeLook) -> bool:
     and their shadow."""
     faded_px = max(UNSURE * light_sd_px(hue.shading), FADED_RHO * edge.shading[0].rho_px)
     return edge.diameter_px - hue.diameter_px < faded_px
+
+
+def _is_matched(edge: EdgeLook) -> bool:
+    """Whether a bundle was fitted, to more edges than one of any width finds of anything."""
+    return edge.last.frames > 0 and edge.last.matched > LEAST_MATCHED
 
 
 def _is_seen(bright: EdgeLook, colour: EdgeLook) -> bool:
