@@ -1,0 +1,24 @@
+"""Strings that an eye parts from a ground of nearly their colour at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.bench.colours import drawn
+from tests.measures.films import measured
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "most_px"), [(303, 1.2), (304, 2.2)], ids=["blue before blue", "green and grey"]
+)
+def test_strings_before_a_ground_of_their_colour(tmp_path: Path, seed: int, most_px: float) -> None:
+    """Blue ones before blue cloth were followed between their crests, at half their width, and no
+    frame had a D. Of green and grey ones before green a hue showed the grey's, in a twentieth of
+    the columns, which made D twice too large, or none."""
+    _, error_px, sd_px = measured(tmp_path / "film", drawn(seed).settings)
+    assert np.abs(error_px).max() < most_px
+    assert (np.abs(error_px) < 2.0 * sd_px).all()
