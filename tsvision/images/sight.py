@@ -237,7 +237,8 @@ def _sight_along(pictures: list[np.ndarray], trial: Trial, told: Told) -> Sight:
     plain = not (between or found.by_hue or seen.signal.by_distance)
     if plain and seen.separation < FEEBLE:
         # Frames of few turns, which the line was told without, may show legs most of the way. Where
-        # none are seen what stands out may be the connector, and nothing supports the line.
+        # none are seen what stands out may be the connector, and nothing supports the line. At
+        # half its width it may be what lies between crests.
         other, there, more = _follow(linears, axis, width, True)
         shown = other.support > SUPPORTED * found.support and _alike(found, other)
         if shown and more.separation > TWICE * seen.separation:

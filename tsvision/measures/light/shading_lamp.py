@@ -139,7 +139,7 @@ def _residuals(
         seen = design[rows]
         seen[:, 0] = lit
         seen[:, 1], seen[:, 2] = 0.5 * (around + way * aside), 0.5 * (around - way * aside)
-        own = seen[:, COMMON + OWN * side :]
+        own = seen[:, COMMON + OWN * side : COMMON + OWN * (side + 1)]
         own[:, 0], own[:, 1], own[:, 2] = around, 1.0, -1.0
         if grooved:
             own[:, 3] = -(np.maximum(t_px / rho_px - GROOVE_FROM, 0.0) ** 2)

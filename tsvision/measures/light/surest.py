@@ -9,7 +9,8 @@ limbs may be as bright as its ground: then a hue is asked.
 Beside a hue its counterpart is asked, in which strings are as dark as black however they are lit:
 it shows how much of the ground they leave, up to the edge itself, and shadows on that as well.
 Where colours across the ground's own are asked, so that light and shadow there need not count, all
-of the difference from the ground is looked at as well: strands of the ground's hue show by it.
+of the difference from the ground is looked at as well: strands of the ground's hue show by it. So
+it is where a hue shows hardly an edge.
 """
 
 from __future__ import annotations
@@ -58,19 +59,7 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     """The same, or what another signal teaches of the strings, alone or along, if that is more:
     where they were told by their colour, brightness or all of their difference from the ground;
     where brightness leaves them open, a hue; and beside a hue how much of the ground they cover."""
-    if learnt.sight.signal.way is Way.ACROSS:
-        whole = _learnt_by(DISTANCE, learnt, section, half_px)
-        if whole is not None and _shows_better(whole.edge, learnt.edge):
-            learnt = whole
-    elif learnt.sight.signal.way is Way.HUE and not _is_matched(learnt.edge):
-        # Maybe of one of several colours; another's is the ground's by that hue.
-        whole = _learnt_by(DISTANCE, learnt, section, half_px)
-        if (
-            whole is not None
-            and _is_matched(whole.edge)
-            and _is_no_thicker(whole.edge, learnt.edge)
-        ):
-            learnt = whole
+    learnt = _by_all(learnt, section, half_px)
     if learnt.sight.signal.in_colour:
         other = _learnt_by(LUMA, learnt, section, half_px)
     else:
@@ -78,6 +67,21 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     if other is not None:
         learnt = _beside_brightness(learnt, other, section)
     return _beside_cover(learnt, section, half_px)
+
+
+def _by_all(learnt: Learnt, section: Section, half_px: int) -> Learnt:
+    """The same, or what all of the difference from the ground teaches: where colours across the
+    ground's own show less than that, or a hue hardly an edge, maybe of one of several colours."""
+    way = learnt.sight.signal.way
+    hardly = way is Way.HUE and not _is_matched(learnt.edge)
+    whole = _learnt_by(DISTANCE, learnt, section, half_px) if hardly or way is Way.ACROSS else None
+    if whole is None:
+        return learnt
+    if hardly:
+        shown = _is_matched(whole.edge) and _is_no_thicker(whole.edge, learnt.edge)
+    else:
+        shown = _shows_better(whole.edge, learnt.edge)
+    return whole if shown else learnt
 
 
 def _beside_brightness(learnt: Learnt, other: Learnt, section: Section) -> Learnt:
@@ -265,7 +269,7 @@ def _is_seen(bright: EdgeLook, colour: EdgeLook) -> bool:
     """Whether brightness shows strings at all: before a ground as bright as they are a helix of any
     width fits some few edges of anything."""
     alike = 1.0 / ALIKE < bright.diameter_px / colour.diameter_px < ALIKE
-    return bright.last.frames > 0 and (alike or bright.last.matched > LEAST_MATCHED)
+    return _is_matched(bright) or (bright.last.frames > 0 and alike)
 
 
 def _is_often_seen(bright: EdgeLook, hue: EdgeLook) -> bool:
