@@ -94,6 +94,20 @@ def test_the_coils_of_a_knot_are_its_own(period: float) -> None:
     assert knot.coils == pytest.approx(200.0 / period, abs=0.5)
 
 
+@pytest.mark.parametrize("every", [3, 8])
+def test_a_few_edges_where_strings_are_hardly_seen_are_no_knot(every: int) -> None:
+    """Before ground as dark as the strings: what was found there, far from them, made a knot of
+    1 to 4 D in seven of eight frames of a path-traced film without any."""
+    plain = drawn([])
+    gap = (plain.s_px > 200.0) & (plain.s_px < 290.0)
+    weight = np.where(gap & (plain.s_px % every != 0.0), 0.0, 1.0)
+    upper = np.where(gap, plain.upper_px + 2.0 * D, plain.upper_px)
+    jumping = Edges(plain.s_px, upper, plain.lower_px, weight, weight)
+    found = seen(jumping, looks())
+    assert not found.knots and not found.lobes
+    assert found.row.max_envelope_px == pytest.approx(D + 2.0 * BUNDLE[0], abs=0.1 * D)
+
+
 def test_a_single_lobe_is_no_knot_but_is_told() -> None:
     """One crest of the coil reaches out as far as a knot's, over a third of D."""
     plain = drawn([])

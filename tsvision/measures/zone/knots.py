@@ -36,6 +36,7 @@ OWN_COIL = 0.7  # of a knot's own coil, over which it is closed to tell it from 
 # A coil reaches out as far on one side as half a turn later on the other. What does not is an edge
 # that was lost to a shadow or a cable; of 400 knots on films the least reaches 0.75.
 OTHER_SIDE, ALONG_D = 0.6, 0.2  # of its reach, over this part of D
+DENSE = 0.5  # of a knot's columns, in which strings are seen: of 27 on films 0.95 and more
 BESIDE_D = 0.5  # from a knot's ends: how far off its other side is looked for
 # A limb trusted by less than this share of the other shows its crests here and not there, and an
 # even coil seems to stand out where it does. A knot reaches farther out on the side that is lit,
@@ -127,7 +128,7 @@ def knots_along(
     if not np.isfinite(base_px):
         return knots, lobes
     for one in sought(outline.tight_px, JOINED * outline.period_px):
-        if _is_an_end(outline, *one.ends_px):
+        if _is_an_end(outline, *one.ends_px) or _hardly_seen(outline, *one.ends_px):
             continue
         if (
             one.length_px < outline.diameter_px
@@ -155,6 +156,13 @@ def _is_an_end(outline: Outline, low_px: float, high_px: float) -> bool:
     near = AT_END * outline.diameter_px
     first, last = float(seen[0]), float(seen[-1])
     return high_px < first + near or low_px > last - near
+
+
+def _hardly_seen(outline: Outline, low_px: float, high_px: float) -> bool:
+    """Whether strings are seen in few columns between two s, so that what stands out there may be
+    of the ground."""
+    s_px = outline.edges.s_px
+    return bool(np.mean(outline.known[(s_px >= low_px) & (s_px <= high_px)]) < DENSE)
 
 
 def _one_sided(outline: Outline, knot: KnotSighting) -> bool:

@@ -16,14 +16,18 @@ from tsvision.measures.looks import Looks
 from tsvision.measures.numeric.line import line_through
 from tsvision.measures.numeric.sums import deviation
 from tsvision.measures.zone.along import mm_along
-from tsvision.measures.zone.definitions import COIL_RATIO
+from tsvision.measures.zone.definitions import COIL_RATIO, KNOT_RATIO
 from tsvision.measures.zone.envelope import Envelope, middle_swing, unevenness_of
-from tsvision.measures.zone.knots import Outline, baseline_along_px, in_mm, knots_along
+from tsvision.measures.zone.knots import DENSE, Outline, baseline_along_px, in_mm, knots_along
 from tsvision.records import FrameRow, KnotSighting, Profile
 
 NAN = float("nan")
 SAME_PERIOD = 0.05  # relative difference of two periods that are the same
 BEATING = 0.075  # unevenness that one view shows of an even coil's crests
+# Where strings are hardly seen, as before ground that is about as dark, the few edges that were
+# found may be that ground's. Strings hang together: by no more than so much of D do their outermost
+# edges jump, and what hangs together of a knot is longer than so much of it.
+JUMP, SHORT = 0.5, 0.25
 BEYOND = 0.1  # of D: how much farther than the outline a fitted coil may reach
 
 
@@ -57,6 +61,9 @@ def add_outline(
     upper = np.where(edges.upper_weight > MATCHED, edges.upper_px - line, 0.0)
     lower = np.where(edges.lower_weight > MATCHED, edges.lower_px - line, 0.0)
     diameter = row.diameter_px if np.isfinite(row.diameter_px) else looks.diameter_px
+    astray = _astray(np.maximum(np.abs(upper), np.abs(lower)), known, diameter)
+    known = known & ~astray
+    upper[astray], lower[astray] = 0.0, 0.0
     swing, coil_period = middle_swing(upper, lower, diameter)
     if looks.sight.signal.by_distance and _is_of_strands(near, coil_period):
         swing = 0.0
@@ -90,6 +97,20 @@ def add_outline(
     ends = tuple(knot.ends_px for knot in found)
     seen = Envelope(tight, outline.tight_over_px)
     return Outlined(row, _profile(edges, looks, envelope), knots, lobes, ends, seen)
+
+
+def _astray(reach_px: np.ndarray, known: np.ndarray, diameter_px: float) -> np.ndarray:
+    """Columns (M,) in which strings would reach out as far as a knot's, on a piece of the outline
+    that hangs together with no other and is short, or seen in few of its columns."""
+    out = np.zeros(known.size, dtype=bool)
+    at = np.flatnonzero(known)
+    if at.size == 0:
+        return out
+    jumps = np.flatnonzero(np.abs(np.diff(reach_px[at])) > JUMP * diameter_px)
+    for piece in np.split(at, jumps + 1):
+        long = int(piece[-1] - piece[0]) + 1
+        out[piece] = long < SHORT * diameter_px or piece.size < DENSE * long
+    return out & (reach_px > 0.5 * KNOT_RATIO * diameter_px)
 
 
 def _told(knot: KnotSighting, looks: Looks) -> KnotSighting:
