@@ -74,6 +74,7 @@ def fit_shading(
     shape: Shape = UNKNOWN,
     grooved: bool = False,
     beside: Beside = NONE,
+    glossy: bool = False,
 ) -> tuple[Shading, Shading, np.ndarray]:
     """Fit both sides' mean edge profiles (upper, lower) with one blur and nearly the same lamps.
 
@@ -82,11 +83,12 @@ def fit_shading(
     strings are told by a hue or by being darker, above 1 before a bright ground, where light
     reduces the contrast. shape: what the outline's shape tells of both edges' places together.
     grooved: whether neighbours may take light from a strand: more than two strands, and no hue.
-    beside: the same edges by brightness, under the same light.
+    beside: the same edges by brightness, under the same light. glossy: whether strands may mirror a
+    lamp, whose light has none of the hue that they may be told by.
     Returns upper and lower shading and (2,) the true edges' places on the profiles' axis (negative:
     outside the edge assumed).
     """
-    known = rho_px, blur_start_px, shape, grooved, beside
+    known = rho_px, blur_start_px, shape, grooved, beside, glossy
     light = _fit_light(profiles, max(black, 0.0), *known)
     if black < -GROUND_LIGHT:
         unlit = _fit_light(profiles, black, *known)
@@ -131,6 +133,7 @@ def _fit_light(
     shape: Shape,
     grooved: bool,
     beside: Beside,
+    glossy: bool,
 ) -> _Light:
     """Spread light and one lamp together, for strands that show the contrast `black` without, under
     the blur of what is beside that describes both best where it is not known."""
@@ -140,7 +143,7 @@ def _fit_light(
         @cache
         def told(log_px: float) -> _Light:
             sharp = replace(beside, blur_px=float(np.exp(log_px)), sought=False)
-            return _fit_light(profiles, black, *known, sharp)
+            return _fit_light(profiles, black, *known, sharp, glossy)
 
         def misfit(log_px: float) -> float:
             light = told(log_px)
@@ -168,7 +171,8 @@ def _fit_light(
     apart = [abs(float((f.x - fit.x)[1:].sum())) for f in fits if f.cost < RIVAL * fit.cost + 1.0]
     q = fit.x
     if black < 1.0:
-        lamp = fit_lamp(profiles, system.floor, rho_px, float(q[0]), black, grooved, beside)
+        about = rho_px, float(q[0]), black, grooved, beside, glossy
+        lamp = fit_lamp(profiles, system.floor, *about)
         spread = system.misfit(q)
         odds = LAMP_ODDS / max(lamp.misfit / max(spread, 1e-12), 1e-3) ** LAMP_POWER
         share = odds / (1.0 + odds)

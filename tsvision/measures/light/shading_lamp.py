@@ -3,10 +3,10 @@
 In units of the core's contrast, t px inside the edge, sin phi = x = 1 - t / rho,
 
     I(t) = ground + black + ambient + u (1 + x) / 2 + v (1 - x) / 2 + w max(0, cos(phi - theta))
-           - g h(t) + r min(t, 0),
+           + s max(0, cos(phi - theta / 2))^24 - g h(t) + r min(t, 0),
 
-with `black` the contrast of a strand without light, theta and w common to both edges (the lamp of
-one limb's side is at -theta from the other's). What comes from all around may come more from one
+with `black` the contrast of a strand without light, theta, w and s common to both edges (the lamp
+of one limb's side is at -theta from the other's). What comes from all around may come more from one
 side than from the other, u or v, which change places between the limbs: a sky over a dark bench. It
 goes on beyond the terminator, where the lamp's light ends; told as one lamp alone, both together
 put the edge of the darker limb up to half a px too far in or out.
@@ -15,6 +15,10 @@ The limb lies open, but further in a strand faces its neighbours: the groove bet
 light away, h(t) = max(0, t / rho - GROOVE_FROM)^2. Without it what falls off inwards passes for
 light from the side, and the edge of so bright a limb is sought too far in. Outside, the ground may
 slope a little, r.
+
+Strands that are not matt mirror the lamp, s. Such a gleam rises within a few px of the limb as
+steeply as a blurred edge does: told without it a picture is taken to be more blurred than it is,
+and the edge to lie further in, by up to a px a side of strands 10 px thick.
 """
 
 from __future__ import annotations
@@ -30,6 +34,7 @@ from tsvision.measures.edges.shading import (
     RAMPS,
     EdgeProfile,
     averaged_blur_px,
+    gleam_shape,
     lamp_shape,
     limb_loss,
     looked_up,
@@ -41,12 +46,15 @@ from tsvision.measures.light.beside import NONE, SHIFTS, Beside, shifted
 
 GROOVE_FROM = 0.1  # of the radius: how far in the neighbours begin to take light away
 RESOLVED = 3.0  # blurs in a strand's radius: of a thinner one no groove is told from the limb
-GROOVED_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb and more are dark
+GLEAM_RESOLVED = 2.5  # and no gleam, ...
+GLEAM_SD = 0.5  # whose brightness, in units of the core's contrast, is so much at most likely
+OPEN_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb and more are dark
 # From three of them one fit in four to fifteen, of lamps far aside, ended far off (drawn tubes).
 STARTS_RAD = np.deg2rad([-60.0, -30.0, 0.0, 30.0, 60.0])
 FURTHEST_RAD = 1.6
 UNEVEN_SD = 0.1  # of the core's contrast: by how much what comes from all around is uneven
-COMMON = 3  # unknowns of both sides: the lamp, and a sky of either side
+COMMON = 4  # unknowns of both sides: the lamp, a sky of either side, and the lamp's gleam
+GLEAM = 3  # of them
 MOST_STEPS = 3000  # of a fit of light that is nowhere negative
 OWN = 4 + RAMPS  # unknowns of a side, the last of which are the ground's slopes
 
@@ -70,16 +78,19 @@ def fit_lamp(
     black: float = 0.0,
     grooved: bool = False,
     beside: Beside = NONE,
+    glossy: bool = False,
 ) -> Lamp:
     """Fit the mean profiles (upper, lower) of strands brighter than their ground, each value with
-    its sd (K,), those of what is beside after them. grooved: whether there may be a groove; where
-    the lamp leaves one limb dark, none is told from where its light ends."""
+    its sd (K,), those of what is beside after them. grooved, glossy: whether there may be a groove,
+    and a gleam; where the lamp leaves one limb dark, neither is told from where its light ends."""
     known = profiles, sd, rho_px, blur_start_px, black, beside
-    if grooved and rho_px > RESOLVED * blur_start_px:
-        lamp = _fit(*known, True)
-        if abs(lamp.theta_rad) < GROOVED_RAD:
+    grooved &= rho_px > RESOLVED * blur_start_px
+    glossy &= rho_px > GLEAM_RESOLVED * blur_start_px
+    if grooved or glossy:
+        lamp = _fit(*known, grooved, glossy)
+        if abs(lamp.theta_rad) < OPEN_RAD:
             return lamp
-    return _fit(*known, False)
+    return _fit(*known, False, False)
 
 
 def _fit(
@@ -90,11 +101,12 @@ def _fit(
     black: float,
     beside: Beside,
     grooved: bool,
+    glossy: bool,
 ) -> Lamp:
     bright = beside.lit(profiles, black) if beside.profiles else 0.0
 
     def off(q: np.ndarray) -> np.ndarray:
-        return _residuals(profiles, sd, rho_px, black, grooved, beside, bright, q)
+        return _residuals(profiles, sd, rho_px, black, grooved, glossy, beside, bright, q)
 
     ranges = (BLUR_RANGE_PX, PLACE_RANGE_PX, PLACE_RANGE_PX, (-FURTHEST_RAD, FURTHEST_RAD))
     fits = [
@@ -118,6 +130,7 @@ def _residuals(
     rho_px: float,
     black: float,
     grooved: bool,
+    glossy: bool,
     beside: Beside,
     bright: float,
     q: np.ndarray,
@@ -139,6 +152,9 @@ def _residuals(
         seen = design[rows]
         seen[:, 0] = lit
         seen[:, 1], seen[:, 2] = 0.5 * (around + way * aside), 0.5 * (around - way * aside)
+        if glossy:
+            gleam = gleam_shape(rho_px, blur_px, way * float(q[3]))
+            seen[:, GLEAM] = looked_up(gleam[None], t_px)[:, 0]
         own = seen[:, COMMON + OWN * side : COMMON + OWN * (side + 1)]
         own[:, 0], own[:, 1], own[:, 2] = around, 1.0, -1.0
         if grooved:
@@ -147,10 +163,11 @@ def _residuals(
         seen /= s[:, None]
         first += t_px.size
     # What both skies give alike is ambient light: without a bound no solution is the best.
-    skies = np.zeros((2, design.shape[1]))
-    skies[:, 1:COMMON] = [[0.5 / UNEVEN_SD, -0.5 / UNEVEN_SD], [1.0, 1.0]]
-    design = np.vstack([design, ramp_prior(OWN, common=COMMON), skies])
-    target = np.concatenate([target, np.zeros(2 * RAMPS + 2)])
+    prior = np.zeros((3, design.shape[1]))
+    prior[:2, 1:GLEAM] = [[0.5 / UNEVEN_SD, -0.5 / UNEVEN_SD], [1.0, 1.0]]
+    prior[2, GLEAM] = 1.0 / GLEAM_SD
+    design = np.vstack([design, ramp_prior(OWN, common=COMMON), prior])
+    target = np.concatenate([target, np.zeros(2 * RAMPS + len(prior))])
     if bright:
         moved = np.vstack([shifted(p) / s[:, None] for p, s in zip(profiles, sd[:2], strict=True)])
         design, target = _joined(design, target, moved, sd[2:], rho_px, loss, beside, bright, q)
