@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import cv2
 import numpy as np
@@ -45,6 +46,7 @@ UNLEARNABLE = (ValueError, FloatingPointError, ZeroDivisionError, np.linalg.LinA
 # Of the section's width: what is thinner is no bundle of these strands but one leg of two, which
 # has half of them; as wide comes a bundle that coils; what is wider is a plate, or both legs.
 THIN, WIDE = 0.6, 2.2
+LIKELIEST = 4  # lines, of which one may be that of a bundle of these strands
 UNTOLD_PX = 1.0  # of a width, by which light and shape are unsure, from which on legs are asked
 
 
@@ -112,8 +114,7 @@ def _teaches(picture: np.ndarray, rig: Rig, scale: Scale, sight: Sight | None) -
 def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | None) -> Looks | None:
     given = rig.strings.count
     sight = sight or sight_of(pictures, rig, scale)
-    least_px, most_px = possible_px(rig, scale)
-    if sight is None or not least_px <= sight.width_px <= most_px:
+    if sight is None or not _is_possible(sight, rig, scale):
         return None
     strand_px = sight.width_px / pair_core(given or 2).diameter_d
     half = int(np.ceil(2.3 * sight.width_px)) + 6
@@ -159,7 +160,7 @@ def _learn(pictures: list[np.ndarray], rig: Rig, scale: Scale, sight: Sight | No
         face=start.face,
         gap=start.gap,
         slope_sum=_slope_sum(cuts, shading, diameter),
-        possible_px=(least_px, most_px),
+        possible_px=possible_px(rig, scale),
         saturated=learnt.saturated,
     )
 
@@ -242,8 +243,21 @@ def _counted(cuts: list[Cut], sight: Sight, rig: Rig, scale: Scale) -> tuple[int
 
 
 def sight_of(pictures: list[np.ndarray], rig: Rig, scale: Scale) -> Sight | None:
-    """Where the bundle lies in some pictures of one size, by all that the rig tells of it."""
-    return next(sights_of(pictures, rig, scale), None)
+    """Where the bundle lies in some pictures of one size, by all that the rig tells of it: of the
+    likeliest lines the first along which what lies there is as wide as a bundle may be, or the
+    first of all where none is."""
+    first = None
+    for sight in islice(sights_of(pictures, rig, scale), LIKELIEST):
+        if _is_possible(sight, rig, scale):
+            return sight
+        first = first or sight
+    return first
+
+
+def _is_possible(sight: Sight, rig: Rig, scale: Scale) -> bool:
+    """Whether what was found is neither thinner nor wider than a bundle of the stated strands."""
+    least_px, most_px = possible_px(rig, scale)
+    return least_px <= sight.width_px <= most_px
 
 
 def sights_of(pictures: list[np.ndarray], rig: Rig, scale: Scale) -> Iterator[Sight]:

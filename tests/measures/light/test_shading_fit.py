@@ -249,7 +249,7 @@ def test_strands_that_gleam_are_as_thick_as_matt_ones(
         sharp = inside * (0.35 + 0.6 * lit + 0.6 * gleam)
         soft = gaussian_filter1d(uniform_filter1d(sharp, round(1.0 / FINE)), blur_px / FINE)
         sides.append(seen(rho_px, np.interp(offsets, t, soft), offsets))
-    *shades, places = fit_shading((sides[0], sides[1]), rho_px, blur_start_px=blur_px, glossy=True)
+    *shades, places = fit_shading((sides[0], sides[1]), rho_px, blur_start_px=blur_px)
     off_px = abs(float(places.sum()))
     assert off_px < min(0.3, 2.0 * edge_model_sd_px((shades[0], shades[1])))
 

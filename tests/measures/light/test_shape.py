@@ -186,3 +186,11 @@ def test_what_a_border_of_light_hides_is_known_by_the_outline_of_the_other_side(
     missing = DIAMETER_PX - border[1].fit.diameter_px
     assert missing > 0.5
     assert 0.5 * missing < hidden_px([border]) <= 0.6 * strand_px
+
+
+def test_no_shape_overrules_the_light_where_no_limb_hides() -> None:
+    """Strands that show without light as well as lit: a shape that says otherwise, told from edges
+    that files blur, made a width of 80 px known to 14."""
+    told = Shape(15.0, 4.1).joined(0.0, 0.15, hides=False)
+    assert abs(told.width_px) < 0.2
+    assert told.sd_px < 0.2

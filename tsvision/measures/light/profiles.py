@@ -56,7 +56,7 @@ def learn_shading(cuts: list[Cut], rho_px: float) -> tuple[Shading, Shading] | N
     profiles = edge_profiles(cuts, rho_px)
     if profiles is None:
         return None
-    upper, lower, _ = fit_shading(profiles, rho_px, black_of(cuts), glossy=not cuts[0].in_colour)
+    upper, lower, _ = fit_shading(profiles, rho_px, black_of(cuts), by_hue=cuts[0].in_colour)
     return upper, lower
 
 

@@ -188,9 +188,9 @@ def _taught(
             black_of(cuts),
             look.shading[0].blur_px,
             replace(shape, width_px=shape.width_px - float(places_px.sum())),
-            grooved=fits[0].bundle.fit.section.count > 2 and not fits[0].cut.in_colour,
+            grooved=fits[0].bundle.fit.section.count > 2,
             beside=NONE if look.bright is None else look.bright.beside(cuts, rho, rows),
-            glossy=not fits[0].cut.in_colour,
+            by_hue=fits[0].cut.in_colour,
         )
         if look.stored is not None:
             upper, lower = replace(upper, added=added[0]), replace(lower, added=added[1])

@@ -60,6 +60,7 @@ REWEIGHED, REWEIGHED_BINS = 2, 9  # times, over this stretch of a profile
 RIVAL = 1.5  # times the best cost
 FAR_OUT = 0.7  # of the places there may be: where edges are sought as well
 WIDTH_PX = 0.02  # by which a width may be off
+SHOWN_UNLIT = 0.5  # of the core's contrast without light, from which on no limb hides in the dark
 LAMP_ODDS = 4.0  # that one lamp and a sky light the strings, before the profiles are seen
 LAMP_POWER = 0.5  # of the two misfits' ratio: the better description counts a little more
 SHARP_TO = 0.03  # of itself, that the blur of what is beside is told to
@@ -74,7 +75,7 @@ def fit_shading(
     shape: Shape = UNKNOWN,
     grooved: bool = False,
     beside: Beside = NONE,
-    glossy: bool = False,
+    by_hue: bool = False,
 ) -> tuple[Shading, Shading, np.ndarray]:
     """Fit both sides' mean edge profiles (upper, lower) with one blur and nearly the same lamps.
 
@@ -82,19 +83,20 @@ def fit_shading(
     light: 0 before a black ground, less where the ground beside bright strands is lit, more where
     strings are told by a hue or by being darker, above 1 before a bright ground, where light
     reduces the contrast. shape: what the outline's shape tells of both edges' places together.
-    grooved: whether neighbours may take light from a strand: more than two strands, and no hue.
-    beside: the same edges by brightness, under the same light. glossy: whether strands may mirror a
-    lamp, whose light has none of the hue that they may be told by.
+    grooved: whether neighbours may take light from a strand: there are more than two. beside: the
+    same edges by brightness, under the same light. by_hue: whether strands are told by their
+    colour, of which no groove takes any, and a lamp that they mirror has none.
     Returns upper and lower shading and (2,) the true edges' places on the profiles' axis (negative:
     outside the edge assumed).
     """
-    known = rho_px, blur_start_px, shape, grooved, beside, glossy
+    known = rho_px, blur_start_px, shape, grooved and not by_hue, beside, not by_hue
     light = _fit_light(profiles, max(black, 0.0), *known)
     if black < -GROUND_LIGHT:
         unlit = _fit_light(profiles, black, *known)
         light = _either(light, unlit)
     system, q, width_sd = light.system, light.q, light.width_sd_px
-    told = shape.joined(float(q[1:].sum()), width_sd)
+    hides = not (by_hue and black > SHOWN_UNLIT)
+    told = shape.joined(float(q[1:].sum()), width_sd, hides)
     q, width_sd = system.fit_width(q, told.width_px), told.sd_px
     gain = 1.0 - system.black
     sides = []

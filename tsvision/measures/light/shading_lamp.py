@@ -48,6 +48,7 @@ GROOVE_FROM = 0.1  # of the radius: how far in the neighbours begin to take ligh
 RESOLVED = 3.0  # blurs in a strand's radius: of a thinner one no groove is told from the limb
 GLEAM_RESOLVED = 2.5  # and no gleam, ...
 GLEAM_SD = 0.5  # whose brightness, in units of the core's contrast, is so much at most likely
+HEAD_ON_RAD = np.deg2rad(10.0)  # gleam and groove meet on the core: what falls off is the groove
 OPEN_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb and more are dark
 # From three of them one fit in four to fifteen, of lamps far aside, ended far off (drawn tubes).
 STARTS_RAD = np.deg2rad([-60.0, -30.0, 0.0, 30.0, 60.0])
@@ -82,12 +83,15 @@ def fit_lamp(
 ) -> Lamp:
     """Fit the mean profiles (upper, lower) of strands brighter than their ground, each value with
     its sd (K,), those of what is beside after them. grooved, glossy: whether there may be a groove,
-    and a gleam; where the lamp leaves one limb dark, neither is told from where its light ends."""
+    and a gleam; where the lamp leaves one limb dark, neither is told from where its light ends, and
+    where it stands by the camera no gleam is told from a groove."""
     known = profiles, sd, rho_px, blur_start_px, black, beside
     grooved &= rho_px > RESOLVED * blur_start_px
     glossy &= rho_px > GLEAM_RESOLVED * blur_start_px
     if grooved or glossy:
         lamp = _fit(*known, grooved, glossy)
+        if grooved and glossy and abs(lamp.theta_rad) < HEAD_ON_RAD:
+            lamp = _fit(*known, True, False)
         if abs(lamp.theta_rad) < OPEN_RAD:
             return lamp
     return _fit(*known, False, False)

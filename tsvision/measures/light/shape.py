@@ -46,14 +46,15 @@ class Shape:
     sd_px: float
     freedom: float = np.inf
 
-    def joined(self, width_px: float, sd_px: float) -> Shape:
+    def joined(self, width_px: float, sd_px: float, hides: bool = True) -> Shape:
         """Together with what the light tells of the same width. Where the two contradict each
-        other it is the light's model that does not hold: a limb may send none."""
+        other it is the light's model that does not hold, where a limb `hides`: it may send none."""
         light = (EDGE_MODEL_FACTOR * sd_px) ** 2
         off = self.width_px - width_px
-        # A few widths that scatter may well lie off by several times what their scatter tells.
-        contradicted = float(student_t.isf(CONTRADICTED, self.freedom))
-        light = max(light, (off / contradicted) ** 2 - self.sd_px**2)
+        if hides:
+            # A few widths that scatter may well lie off by several times what their scatter tells.
+            contradicted = float(student_t.isf(CONTRADICTED, self.freedom))
+            light = max(light, (off / contradicted) ** 2 - self.sd_px**2)
         share = light / (light + self.sd_px**2)
         together = float(np.sqrt(share) * self.sd_px) / EDGE_MODEL_FACTOR
         return Shape(width_px + share * off, together)
