@@ -161,8 +161,9 @@ def _is_an_end(outline: Outline, low_px: float, high_px: float) -> bool:
 def _hardly_seen(outline: Outline, low_px: float, high_px: float) -> bool:
     """Whether strings are seen in few columns between two s, so that what stands out there may be
     of the ground."""
-    s_px = outline.edges.s_px
-    return bool(np.mean(outline.known[(s_px >= low_px) & (s_px <= high_px)]) < DENSE)
+    s_px = outline.edges.s_px  # a px apart: of a single column the ends lie on it, but for rounding
+    between = (s_px >= low_px - 0.5) & (s_px <= high_px + 0.5)
+    return bool(np.mean(outline.known[between]) < DENSE)
 
 
 def _one_sided(outline: Outline, knot: KnotSighting) -> bool:
