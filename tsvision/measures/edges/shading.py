@@ -177,11 +177,9 @@ def _lit(rho_px: float, lamps_rad: np.ndarray, loss: float) -> np.ndarray:
     return np.vstack([_sent(rho_px, loss), _lamplit(rho_px, lamps_rad, loss)])
 
 
-def _gleaming(rho_px: float, gleam_rad: float) -> np.ndarray:
-    """A gleam (T,), 1 where it is brightest, so far around from the camera's side."""
-    x, facing = _facing(rho_px)
-    falls = np.cos(gleam_rad) * facing + np.sin(gleam_rad) * x
-    return np.asarray(np.maximum(falls, 0.0) ** GLEAM_POWER)
+def _gleaming(rho_px: float, gleams_rad: np.ndarray) -> np.ndarray:
+    """Gleams (K, T), 1 where they are brightest, so far around (K,) from the camera's side."""
+    return _lamplit(rho_px, gleams_rad, 0.0) ** GLEAM_POWER
 
 
 def _mirrored(rho_px: float) -> np.ndarray:
@@ -228,20 +226,15 @@ def sky_shapes(rho_px: float, blur_px: float, loss: float = 0.0) -> np.ndarray:
     return shapes
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=16)
 def lamp_shape(rho_px: float, blur_px: float, lamp_rad: float, loss: float = 0.0) -> np.ndarray:
-    """Blurred profile of one lamp's light (T,), to be read only."""
-    shape = _seen(INSIDE * _lamplit(rho_px, np.array([lamp_rad]), loss), blur_px)[0]
-    shape.flags.writeable = False
-    return shape
-
-
-@lru_cache(maxsize=32)
-def gleam_shape(rho_px: float, blur_px: float, lamp_rad: float) -> np.ndarray:
-    """Blurred profile of one lamp mirrored (T,), to be read only."""
-    shape = _seen((INSIDE * _gleaming(rho_px, 0.5 * lamp_rad))[None], blur_px)[0]
-    shape.flags.writeable = False
-    return shape
+    """Blurred profiles of one lamp's light and of its gleam, on the limb of its own side and on the
+    other, (2, 2, T), to be read only: blurred together, which takes as long as one of them."""
+    sides = np.array([lamp_rad, -lamp_rad])
+    shapes = np.stack([_lamplit(rho_px, sides, loss), _gleaming(rho_px, 0.5 * sides)], axis=1)
+    seen = _seen((INSIDE * shapes).reshape(4, -1), blur_px).reshape(shapes.shape)
+    seen.flags.writeable = False
+    return seen
 
 
 def limb_level(ambient: float, lamps: np.ndarray) -> float:

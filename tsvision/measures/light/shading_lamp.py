@@ -34,7 +34,6 @@ from tsvision.measures.edges.shading import (
     RAMPS,
     EdgeProfile,
     averaged_blur_px,
-    gleam_shape,
     lamp_shape,
     limb_loss,
     looked_up,
@@ -150,15 +149,15 @@ def _residuals(
         way = 1.0 if side == 0 else -1.0
         t_px = p.t_px - q[1 + side]
         blur_px = averaged_blur_px(float(q[0]))
-        around, lit, aside = looked_up(_shapes(rho_px, blur_px, way * q[3], loss), t_px).T
+        shapes = _shapes(rho_px, blur_px, float(q[3]), side, loss)
+        around, lit, aside, gleam = looked_up(shapes, t_px).T
         rows = slice(first, first + t_px.size)
         target[rows] -= black * around / s
         seen = design[rows]
         seen[:, 0] = lit
         seen[:, 1], seen[:, 2] = 0.5 * (around + way * aside), 0.5 * (around - way * aside)
         if glossy:
-            gleam = gleam_shape(rho_px, blur_px, way * float(q[3]))
-            seen[:, GLEAM] = looked_up(gleam[None], t_px)[:, 0]
+            seen[:, GLEAM] = gleam
         own = seen[:, COMMON + OWN * side : COMMON + OWN * (side + 1)]
         own[:, 0], own[:, 1], own[:, 2] = around, 1.0, -1.0
         if grooved:
@@ -179,10 +178,12 @@ def _residuals(
     return np.asarray(design @ light - target)
 
 
-def _shapes(rho_px: float, blur_px: float, lamp_rad: float, loss: float) -> np.ndarray:
-    """Blurred profiles (3, T) of light from all around, of the lamp, and of what is uneven."""
+def _shapes(rho_px: float, blur_px: float, lamp_rad: float, side: int, loss: float) -> np.ndarray:
+    """Blurred profiles (4, T) on the upper (0) or the lower limb of light from all around, of a
+    lamp on the upper one's side, of what is uneven, and of the lamp's gleam."""
     around, aside = sky_shapes(rho_px, blur_px, loss)
-    return np.stack([around, lamp_shape(rho_px, blur_px, float(lamp_rad), loss), aside])
+    lamp, gleam = lamp_shape(rho_px, blur_px, lamp_rad, loss)[side]
+    return np.stack([around, lamp, aside, gleam])
 
 
 def _joined(
@@ -205,7 +206,7 @@ def _joined(
     blur_px = averaged_blur_px(beside.blur_px)
     for side, s in enumerate(sd):
         way = 1.0 if side == 0 else -1.0
-        shapes = _shapes(rho_px, blur_px, way * q[3], loss)
+        shapes = _shapes(rho_px, blur_px, float(q[3]), side, loss)[:GLEAM]
         seen, light, own = beside.rows(side, q[1 + side], shapes, bright, rho_px)
         around, lit, aside = light.T
         block = np.zeros((s.size, columns))
