@@ -40,7 +40,9 @@ def gap_of(folder: Path, error_mm: float) -> tuple[Gap | None, float]:
     return looks.gap, looks.scale.mm_per_px
 
 
-@pytest.mark.parametrize("error_mm", [-1.6, 0.0, 1.4])
+@pytest.mark.parametrize(
+    "error_mm", [-1.6, *(pytest.param(e, marks=pytest.mark.slow) for e in (0.0, 1.4))]
+)
 def test_the_holes_distance_is_seen_where_the_rig_states_another(
     tmp_path: Path, error_mm: float
 ) -> None:

@@ -39,7 +39,8 @@ ORANGE = (0.62, 0.25, 0.04)
 RED, PALE_GREEN = (0.4, 0.04, 0.05), (0.36, 0.47, 0.39)
 
 
-@pytest.mark.parametrize("count", [pytest.param(2, marks=pytest.mark.slow), 4])
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [2, 4])
 def test_dark_red_strings_on_an_uneven_pale_ground(tmp_path: Path, count: int) -> None:
     """They are found by their hue, for the ground is too uneven, and measured by their brightness:
     within 0.06 px of 15 and 21, by their hue up to 1.8 px thick."""
