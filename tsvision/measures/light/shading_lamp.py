@@ -87,10 +87,12 @@ def fit_lamp(
     known = profiles, sd, rho_px, blur_start_px, black, beside
     grooved &= rho_px > RESOLVED * blur_start_px
     glossy &= rho_px > GLEAM_RESOLVED * blur_start_px
-    if grooved or glossy:
-        lamp = _fit(*known, grooved, glossy)
-        if grooved and glossy and abs(lamp.theta_rad) < HEAD_ON_RAD:
-            lamp = _fit(*known, True, False)
+    if glossy:
+        lamp = _fit(*known, grooved, True)
+        if (HEAD_ON_RAD if grooved else 0.0) <= abs(lamp.theta_rad) < OPEN_RAD:
+            return lamp
+    if grooved:
+        lamp = _fit(*known, True, False)
         if abs(lamp.theta_rad) < OPEN_RAD:
             return lamp
     return _fit(*known, False, False)
