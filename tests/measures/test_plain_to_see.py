@@ -1,4 +1,4 @@
-"""Strings that an eye parts from a ground of nearly their colour at once."""
+"""Strings that an eye parts from their ground at once."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.measures.films import measured
     [(303, 1.2), (304, 2.2), (341, 0.8), (344, 2.0), (346, 0.8)],
     ids=["blue before blue", "green and grey", "wider line", "orange before green", "gleaming"],
 )
-def test_strings_before_a_ground_of_their_colour(tmp_path: Path, seed: int, most_px: float) -> None:
+def test_strings_that_an_eye_sees_at_once(tmp_path: Path, seed: int, most_px: float) -> None:
     """Blue ones before blue cloth were followed between their crests, at half their width, and no
     frame had a D. Of green and grey ones before green a hue showed the grey's, in a twentieth of
     the columns, which made D twice too large, or none. Of grey and orange ones before a bright

@@ -36,7 +36,7 @@ OWN_COIL = 0.7  # of a knot's own coil, over which it is closed to tell it from 
 # A coil reaches out as far on one side as half a turn later on the other. What does not is an edge
 # that was lost to a shadow or a cable; of 400 knots on films the least reaches 0.75.
 OTHER_SIDE, ALONG_D = 0.6, 0.2  # of its reach, over this part of D
-DENSE = 0.5  # of a knot's columns, in which strings are seen: of 27 on films 0.95 and more
+DENSE = 0.5  # of a knot's columns, in which strings are seen: of 19 on films 0.95 and more
 BESIDE_D = 0.5  # from a knot's ends: how far off its other side is looked for
 # A limb trusted by less than this share of the other shows its crests here and not there, and an
 # even coil seems to stand out where it does. A knot reaches farther out on the side that is lit,
