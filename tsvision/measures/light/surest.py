@@ -20,6 +20,7 @@ from dataclasses import replace
 import numpy as np
 
 from tsvision.images.seen import FAR_APART, HUE_APART
+from tsvision.images.sharpness import sharpness_px
 from tsvision.images.sight import cover_along, hue_along, seen_by
 from tsvision.images.signal import DISTANCE, LUMA, Signal, Way
 from tsvision.measures.edges.cut import Cut
@@ -47,6 +48,7 @@ MOST_PX = 3.0  # of a width, that storing a colour at half the resolution may mo
 OPEN_PX = 1.0  # sd of a width by brightness, from which on it may be told better by a hue
 GROUNDLESS = 0.1  # of what strings stand out by in a hue, by which their ground may do so too
 FEWEST = 2  # frames that tell
+ASKED = 3  # pictures for how sharp they are
 LEAST_COST_PX2 = 1e-3  # of edges that fit: less is noise
 # Share of the columns whose edges were found, and times as wide as by colour: what shows fewer and
 # is wider or narrower is no bundle.
@@ -86,14 +88,17 @@ def _by_all(learnt: Learnt, section: Section, half_px: int) -> Learnt:
 
 def _beside_brightness(learnt: Learnt, other: Learnt, section: Section) -> Learnt:
     """What brightness teaches (`other`), alone or along with what the strings' colour taught."""
-    hue, bright = learnt.sight.signal.way is Way.HUE, other.edge.shading[0]
+    hue, rho_px = learnt.sight.signal.way is Way.HUE, other.edge.shading[0].rho_px
+    sharp_px = _sharp_px(learnt, other.edge) if hue else float("nan")
     if not _is_seen(other.edge, learnt.edge):
-        thick = learnt.edge.shading[0].rho_px > RESOLVED * SHARP_PX[-1]
-        return _as_bright(learnt, other, section, seen=False) if hue and thick else learnt
-    if hue and bright.rho_px > RESOLVED * bright.blur_px:
-        learnt = _as_bright(learnt, other, section, seen=True)
+        rho_px = learnt.edge.shading[0].rho_px
+        if hue and rho_px > RESOLVED * SHARP_PX[-1]:
+            return _as_bright(learnt, other, section, sharp_px, seen=False)
+        return _as_stored(learnt, sharp_px, section)
+    if hue and rho_px > RESOLVED * sharp_px:
+        learnt = _as_bright(learnt, other, section, sharp_px, seen=True)
         return other if _tells_more(other.edge, learnt.edge) else learnt
-    learnt = _as_stored(learnt, other.edge, section)
+    learnt = _as_stored(learnt, sharp_px, section)
     if _tells_more(other.edge, learnt.edge):
         return other
     return replace(learnt, edge=_joined(learnt.edge, other.edge))
@@ -138,15 +143,29 @@ def _is_hue(hue: Learnt, sharp_px: float) -> bool:
     return whole and colours is not None and colours.black > -GROUNDLESS
 
 
-def _as_bright(learnt: Learnt, other: Learnt, section: Section, seen: bool) -> Learnt:
+def _sharp_px(learnt: Learnt, bright: EdgeLook) -> float:
+    """How sharp the pictures are, px: by the strings' edges, as brightness shows them, if it shows
+    their bundle; else by the straight edges of whatever else is there. NaN where neither tells."""
+    if _is_matched(bright):
+        return bright.shading[0].blur_px
+    pictures = [picture for picture, _ in learnt.pairs][:: max(len(learnt.pairs) // ASKED, 1)]
+    seen_px = sharpness_px(pictures[:ASKED], learnt.sight.gamma)
+    told = np.isfinite(seen_px) or not _is_seen(bright, learnt.edge)
+    return seen_px if told else bright.shading[0].blur_px
+
+
+def _as_bright(
+    learnt: Learnt, other: Learnt, section: Section, sharp_px: float, seen: bool
+) -> Learnt:
     """The same with its edges moved by what brightness as well tells of them: of strands so thick
-    that their limbs' light is seen apart from the blur. seen: whether brightness shows the bundle,
-    and so how sharp the picture is: along the hue's edges its limbs may show even where it does
-    not."""
+    that their limbs' light is seen apart from the blur. sharp_px: the picture's blur, NaN where it
+    is not known; seen: whether brightness shows the bundle: along the hue's edges its limbs may
+    show even where it does not."""
     edge = learnt.edge
-    sharp_px = other.edge.shading[0].blur_px if seen else SHARP_PX[0]
+    sought = not np.isfinite(sharp_px)
+    sharp_px = SHARP_PX[0] if sought else sharp_px
     halved = is_halved(edge.shading[0].blur_px, sharp_px)
-    bright = BrightCuts(_pairs(learnt, other), sharp_px, not seen, halved)
+    bright = BrightCuts(_pairs(learnt, other), sharp_px, sought, halved)
     # Rounds need not have settled: one more of each kind, from the same edges on.
     plain = next_look(learnt.cuts, section, edge)
     both = next_look(learnt.cuts, section, replace(edge, bright=bright))
@@ -167,15 +186,15 @@ def _as_bright(learnt: Learnt, other: Learnt, section: Section, seen: bool) -> L
     return replace(learnt, edge=moved)
 
 
-def _as_stored(learnt: Learnt, bright: EdgeLook, section: Section) -> Learnt:
-    """The same, where brightness shows how sharp the picture is, with its edges where they lie once
-    what storing a colour at half the resolution makes of them is undone; half of that counts as not
+def _as_stored(learnt: Learnt, sharp_px: float, section: Section) -> Learnt:
+    """The same, where it is known how sharp the picture is, with its edges where they lie once what
+    storing a colour at half the resolution makes of them is undone; half of that counts as not
     known. What is sought in every column stays as blurred as the file shows it: anything sharper
     follows the blocks."""
     edge = learnt.edge
-    if learnt.sight.signal.way is not Way.HUE:
+    if not np.isfinite(sharp_px):
         return learnt
-    stored = stored_in(learnt.cuts, bright.shading[0].blur_px, edge.shading[0].blur_px)
+    stored = stored_in(learnt.cuts, sharp_px, edge.shading[0].blur_px)
     if stored is None:
         return learnt
     undone = settle(learnt.cuts, section, replace(edge, stored=stored))
