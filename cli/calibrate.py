@@ -63,6 +63,8 @@ def read_ending(
     if not math.isfinite(nearer_mm):
         raise InputError(f"--nearer-mm {nearer_mm:g}: must be a finite number")
     _must_be_sd("--nearer-mm-sd", nearer_mm_sd)
+    if distance_mm is not None:
+        _must_be_more_than_0("--distance-mm", distance_mm)
     return Ending(nearer_mm, nearer_mm_sd, _or_nan(distance_mm), as_json, write)
 
 
@@ -82,7 +84,7 @@ def points(
     from tsvision.images.calibration import from_points
 
     first, second = _two_points(ends)
-    _must_be_length("--length-mm", length_mm)
+    _must_be_more_than_0("--length-mm", length_mm)
     _must_be_sd("--length-mm-sd", length_mm_sd)
     _must_be_sd("--point-sd-px", point_sd_px)
     found = from_points(first, second, length_mm, length_mm_sd, point_sd_px)
@@ -102,9 +104,9 @@ def ruler(
     """Scale from the ticks of a ruler along a line."""
     from tsvision.images.calibration_ruler import from_ruler
 
-    _must_be_length("--division-mm", division_mm)
+    _must_be_more_than_0("--division-mm", division_mm)
     first, second = _two_points(ends)
-    found = from_ruler(_read(picture), first, second, division_mm, _or_nan(gamma))
+    found = from_ruler(_read(picture), first, second, division_mm, _gamma(gamma))
     _tell(found, ending)
 
 
@@ -163,13 +165,13 @@ def gauge(
     """Scale, blur and light from a gauge pin or any cylinder of known diameter."""
     from tsvision.images.calibration_gauge import calibrate_gauge
 
-    _must_be_length("--diameter-mm", diameter_mm)
+    _must_be_more_than_0("--diameter-mm", diameter_mm)
     _must_be_sd("--diameter-mm-sd", diameter_mm_sd)
     box = _numbers(roi, 4, "--roi-px") if roi else None
     region = (int(box[0]), int(box[1]), int(box[2]), int(box[3])) if box else None
     axis = _two_points(ends) if ends else None
     pixels = _read(picture)
-    found = calibrate_gauge(pixels, diameter_mm, diameter_mm_sd, region, axis, _or_nan(gamma))
+    found = calibrate_gauge(pixels, diameter_mm, diameter_mm_sd, region, axis, _gamma(gamma))
     _tell(found, ending)
 
 
@@ -203,7 +205,7 @@ def _must_be_sd(option: str, value: float) -> None:
         raise InputError(f"{option} {value:g}: must be a finite number of 0 or more")
 
 
-def _must_be_length(option: str, value: float) -> None:
+def _must_be_more_than_0(option: str, value: float) -> None:
     from tsvision.errors import InputError
 
     if not 0.0 < value < math.inf:
@@ -213,6 +215,12 @@ def _must_be_length(option: str, value: float) -> None:
 def _two_points(text: str) -> tuple[tuple[float, float], tuple[float, float]]:
     x0, y0, x1, y1 = _numbers(text, 4, "--points")
     return (x0, y0), (x1, y1)
+
+
+def _gamma(given: float | None) -> float:
+    if given is not None:
+        _must_be_more_than_0("--gamma", given)
+    return _or_nan(given)
 
 
 def _or_nan(value: float | None) -> float:

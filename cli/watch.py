@@ -87,7 +87,7 @@ def _measurer(rig: Any, like: str | None) -> Any:
         return Learner(lambda: measuring.Measurer(rig))
     recording = open_recording(like, rig)
     known = measuring.Measurer(recording.rig)  # whose scale may come from a board in its frames
-    known.prime(measuring.sample_pictures(recording, 8), recording.turns)
+    known.prime(measuring.sample_pictures(recording), recording.turns)
     return known
 
 

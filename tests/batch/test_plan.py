@@ -55,6 +55,13 @@ def test_manifest(tmp_path: Path) -> None:
     assert second.request.turns_per_frame == 0.5
 
 
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_a_manifest_of_a_spreadsheet_in_another_language(tmp_path: Path, separator: str) -> None:
+    (tmp_path / "m.csv").write_text("recording,name,frames\na,b,5:10\n".replace(",", separator))
+    [item] = plan(str(tmp_path / "m.csv"), BASE)
+    assert (item.name, item.request.frames) == ("b", (5, 10))
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [

@@ -90,7 +90,7 @@ def look_at(source: Path, most: int = FRAMES) -> Sighted:
     truth = pd.read_parquet(source / "truth.parquet")
     recording = open_recording(source, load_rig(source / "rig.toml"))
     measurer = Measurer(recording.rig)
-    measurer.prime(sample_pictures(recording, measurer.settings.sampled_frames))
+    measurer.prime(sample_pictures(recording))
     rows = []
     for i in pick_samples(len(recording.files), most):
         for frame in iter_frames(recording, i, i + 1):

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from cli.main import BROKEN, TRACEBACK, VERBS, app, run
@@ -63,6 +65,18 @@ def test_a_length_is_finite(option: str, value: str, capsys: pytest.CaptureFixtu
     line = ["calibrate", "points", "--points", "0,0 9,0", "--length-mm", "3", "--distance-mm", "99"]
     assert run([*line, option, value]) == 2
     assert f"{option} {value}: must be a finite number" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("value", ["0", "-1", "nan", "inf"])
+@pytest.mark.parametrize("option", ["--distance-mm", "--gamma"])
+def test_what_is_0_or_not_finite_is_no_distance_and_no_gamma(
+    option: str, value: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    picture = tmp_path / "pin.png"
+    cv2.imwrite(str(picture), np.zeros((40, 40), np.uint8))
+    assert run(["calibrate", "gauge", str(picture), "--diameter-mm", "3", option, value]) == 2
+    told = capsys.readouterr().err
+    assert f"{option} {value}: must be a finite number greater than 0" in told
 
 
 @pytest.mark.parametrize("option", ["--axial-stiffness", "--motor-rpm", "--motor-torque"])

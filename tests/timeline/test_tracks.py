@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 from tests.timeline.series import KNOT_COLUMNS, with_px, without_scale
+from tsvision.timeline.annotate import split_sightings
 from tsvision.timeline.chain import Histories
 from tsvision.timeline.order import order_frames
-from tsvision.timeline.telling import split_sightings
 from tsvision.timeline.tracks import Tracking, track_knots
 
 D = 0.48

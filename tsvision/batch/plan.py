@@ -17,6 +17,7 @@ from tsvision.images.frames_find import PICTURE_SUFFIXES, VIDEO_SUFFIXES, natura
 from tsvision.jsonable import printable
 from tsvision.rig import KEYS
 from tsvision.run import Request
+from tsvision.separators import separator_of
 
 COLUMNS = (
     "recording",
@@ -103,7 +104,9 @@ def _is_recording(path: Path) -> bool:
 def _from_manifest(path: Path, base: Request) -> list[Item]:
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.DictReader(file, skipinitialspace=True)
+            separator = separator_of(file.readline())
+            file.seek(0)
+            reader = csv.DictReader(file, skipinitialspace=True, delimiter=separator)
             header = [name.strip() for name in reader.fieldnames or ()]
             _check_header(path, header)
             reader.fieldnames = header

@@ -8,7 +8,7 @@ before.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,14 +29,8 @@ from tsvision.measures.sense import way_of
 from tsvision.records import Frame, FrameResult, FrameRow, Recording, Rig
 
 FEWEST_REGION_PX = 8  # on a side; a region of which less lies in the picture was meant for another
+SAMPLED_FRAMES = 8  # of a recording, that its looks are learnt from
 FIRST_TRIES = 4  # frames that an untaught measurer tries to learn from: learning takes seconds
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How to measure. sampled_frames: how many frames the looks are learnt from."""
-
-    sampled_frames: int = 8
 
 
 class Measurer:
@@ -46,9 +40,8 @@ class Measurer:
     learns from the first frames that it gets until one of them shows a bundle.
     """
 
-    def __init__(self, rig: Rig, settings: Settings = Settings()) -> None:
+    def __init__(self, rig: Rig) -> None:
         self.rig = rig
-        self.settings = settings
         self.looks: Looks | None = None
         self.bowed: Bowed | None = None
         self.shape: tuple[int, ...] | None = None
@@ -133,11 +126,11 @@ class Measurer:
 
 
 def measure_frames(
-    recording: Recording, settings: Settings = Settings(), start: int = 0, stop: int | None = None
+    recording: Recording, start: int = 0, stop: int | None = None
 ) -> Iterator[FrameResult]:
     """One FrameResult a frame, in order; `start`/`stop` cut a chunk (looks: whole recording)."""
-    measurer = Measurer(recording.rig, settings)
-    measurer.prime(sample_pictures(recording, settings.sampled_frames), recording.turns)
+    measurer = Measurer(recording.rig)
+    measurer.prime(sample_pictures(recording), recording.turns)
     for frame in iter_frames(recording, start, stop, color=measurer.needs_colour):
         i = frame.index
         result = measurer.measure(frame, float(recording.turns[i]))
@@ -176,7 +169,7 @@ def _wound(looks: Looks | None, ways: set[int]) -> Looks | None:
     return replace(looks, way=way)
 
 
-def sample_pictures(recording: Recording, most: int) -> list[np.ndarray]:
+def sample_pictures(recording: Recording, most: int = SAMPLED_FRAMES) -> list[np.ndarray]:
     """Readable pictures spread over the recording, all of the commonest size, the most twisted
     last."""
     taken = []

@@ -14,6 +14,7 @@ import pandas as pd
 from tsvision.errors import InputError
 from tsvision.records import Onset, Rig
 from tsvision.timeline import evidence as speak
+from tsvision.timeline.annotate import split_sightings, tell_frames
 from tsvision.timeline.apart import told_apart
 from tsvision.timeline.background import least_believed, sets_top, without_lone_lobes
 from tsvision.timeline.chain import Histories, infer
@@ -33,7 +34,6 @@ from tsvision.timeline.onset import beginnings, onset_of
 from tsvision.timeline.order import Order, numbers, order_frames
 from tsvision.timeline.phases import spells
 from tsvision.timeline.safety import largest_safe, near_misses
-from tsvision.timeline.telling import split_sightings, tell_frames
 from tsvision.timeline.tracks import Tracking, track_knots
 from tsvision.timeline.unknown import (
     camera_moves,
