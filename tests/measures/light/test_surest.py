@@ -395,8 +395,8 @@ def test_gleams_are_not_strings_that_brightness_shows() -> None:
 def test_plates_tell_how_sharp_pictures_are_whose_brightness_shows_no_bundle(
     bright: EdgeLook, sharp_px: float
 ) -> None:
-    """Told by a helix that fits a tenth of the columns, a path-traced red bundle of 22 px before
-    pale blue (`--wild 1336`) came out 1.7 px thin; by its plates 0.5."""
+    """Told by a helix that fits a tenth of the columns, a path-traced green bundle of 22 px before
+    sand (`--wild 1336`) came out 1.7 px thin; by its plates 0.5."""
     film = film_of_few_turns()
     learnt = Learnt(sight_of(film), [(plates((6.0, 0.8)), cut) for cut in range(8)], look_of(0.35))  # type: ignore[misc]
     assert _sharp_px(learnt, bright) == pytest.approx(sharp_px, rel=0.05)
