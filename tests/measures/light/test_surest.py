@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,11 +20,14 @@ from tsvision.images.signal import LUMA, Way
 from tsvision.measures.edges.cut import cut_frame
 from tsvision.measures.edges.shading import plain_shading
 from tsvision.measures.helix.bundle import BundleFit
+from tsvision.measures.helix.section import pair_core
 from tsvision.measures.helix.uncertainty import light_sd_px
+from tsvision.measures.light import surest as surest_module
 from tsvision.measures.light.learnt import Learnt, cut_alike, cut_all, learn_edges
 from tsvision.measures.light.profiles import black_of
 from tsvision.measures.light.rounds import EdgeLook, Round, less_sure
 from tsvision.measures.light.surest import (
+    _by_hue,
     _is_no_thicker,
     _is_often_seen,
     _is_seen,
@@ -407,3 +411,27 @@ def test_without_an_edge_what_brightness_shows_a_little_of_tells_how_sharp_it_is
     learnt = Learnt(sight, [(plain, None)], look_of(0.35))  # type: ignore[list-item]
     assert _sharp_px(learnt, look_of(0.05, matched=0.1)) == 1.0
     assert np.isnan(_sharp_px(learnt, look_of(0.05, diameter_px=40.0, matched=0.1, frames=0)))
+
+
+@pytest.mark.parametrize(("black", "heard"), [(0.0, True), (-0.2, False)])
+def test_a_hue_that_tells_no_more_than_brightness_is_heard_along(
+    monkeypatch: pytest.MonkeyPatch, black: float, heard: bool
+) -> None:
+    """Cream strings before grey-green (`--wild 1362`) were 0.8 px of 22 too thick by brightness and
+    0.5 too thin by their hue, each unsure by a px; 0.1 together. What stands out by its light is no
+    hue: of black strings before black it was 4 px of 14 off."""
+    pairs = [(np.zeros((9, 9), np.uint8), None)]
+    sight = sight_of(film_of_few_turns())
+    bright = Learnt(sight, pairs, look_of(0.6))  # type: ignore[arg-type]
+    hue = Learnt(sight, pairs, look_of(0.4, diameter_px=18.0))  # type: ignore[arg-type]
+    monkeypatch.setattr(surest_module, "hue_along", lambda *_: (LUMA, 9.0))
+    monkeypatch.setattr(surest_module, "_learnt_by", lambda *_: hue)
+    monkeypatch.setattr(surest_module, "colours_in", lambda *_: SimpleNamespace(black=black))
+    told, other = _by_hue(bright, pair_core(2), 9)
+    assert other is None
+    both, alone = told.edge, bright.edge
+    if heard:
+        assert 18.3 < both.diameter_px < 19.7
+        assert light_sd_px(both.shading) > 0.9  # by what the two differ by it is not known
+    else:
+        assert both is alone

@@ -121,26 +121,31 @@ def _beside_cover(learnt: Learnt, section: Section, half_px: int) -> Learnt:
 def _by_hue(bright: Learnt, section: Section, half_px: int) -> tuple[Learnt, Learnt | None]:
     """What brightness taught, and nothing beside it; or where that leaves the width open and a hue
     tells more, what that hue taught, and brightness beside it: of strings brighter than their
-    ground one limb may be just as bright."""
+    ground one limb may be just as bright. A hue that tells no more is heard along, if it is one: it
+    fades at limbs that pass for too far out by brightness."""
     if bright.edge.last.frames and light_sd_px(bright.edge.shading) <= OPEN_PX:
         return bright, None
     signal, apart = hue_along(bright.sight, [picture for picture, _ in bright.pairs])
     hue = _learnt_by(signal, bright, section, half_px) if apart > HUE_APART else None
-    if hue is None or not _is_surer(hue.edge, bright.edge):
+    if hue is None:
         return bright, None
+    sharp_px = bright.edge.shading[0].blur_px
+    if not _is_surer(hue.edge, bright.edge):
+        joined = _joined(bright.edge, hue.edge) if _is_hue(hue, sharp_px) else bright.edge
+        return replace(bright, edge=joined), None
+    whole = not is_halved(hue.edge.shading[0].blur_px, sharp_px)
     often_seen = _is_often_seen(bright.edge, hue.edge)
-    if often_seen and not _is_hue(hue, bright.edge.shading[0].blur_px):
+    if often_seen and not (whole and _is_hue(hue, sharp_px)):
         return bright, None
     return hue, bright
 
 
 def _is_hue(hue: Learnt, sharp_px: float) -> bool:
-    """Whether strings stand out by a hue that files store as sharply as brightness, and the ground
-    does not by its light. Of pale strings before grey it is mostly their brightness, which lost 3.4
-    px of 38, stated to 1.3, where brightness itself lost 0.9."""
+    """Whether strings stand out by a hue, and the ground does not by its light. Of pale strings
+    before grey it is mostly their brightness, which lost 3.4 px of 38, stated to 1.3, where
+    brightness itself lost 0.9."""
     colours = colours_in(hue.cuts, sharp_px)
-    whole = not is_halved(hue.edge.shading[0].blur_px, sharp_px)
-    return whole and colours is not None and colours.black > -GROUNDLESS
+    return colours is not None and colours.black > -GROUNDLESS
 
 
 def _sharp_px(learnt: Learnt, bright: EdgeLook) -> float:
