@@ -57,7 +57,7 @@ COMMON = 4  # unknowns of both sides: the lamp, a sky of either side, and the la
 GLEAM = 3  # of them
 MOST_STEPS = 3000  # of a fit of light that is nowhere negative
 # Of its misfit and of blur, places and angle, at which a fit ends, and those it is chosen from:
-# places move by less than 0.01 px beyond.
+# places move by less than 0.02 px beyond.
 TOLERANCE, NEARLY = 1e-4, 1e-2
 OWN = 4 + RAMPS  # unknowns of a side, the last of which are the ground's slopes
 
@@ -118,7 +118,7 @@ def _fit(
 
     ranges = (BLUR_RANGE_PX, PLACE_RANGE_PX, PLACE_RANGE_PX, (-FURTHEST_RAD, FURTHEST_RAD))
 
-    def fitted(start: list[float], tolerance: float) -> OptimizeResult:
+    def fitted(start: np.ndarray, tolerance: float) -> OptimizeResult:
         return least_squares(
             off,
             start,
@@ -130,7 +130,8 @@ def _fit(
             xtol=tolerance,
         )
 
-    fits = [fitted([blur_start_px, 0.0, 0.0, theta], NEARLY) for theta in STARTS_RAD]
+    starts = (np.array([blur_start_px, 0.0, 0.0, theta]) for theta in STARTS_RAD)
+    fits = [fitted(start, NEARLY) for start in starts]
     best = fitted(min(fits, key=lambda f: f.cost).x, TOLERANCE)
     return Lamp(float(best.x[3]), float(best.x[0]), best.x[1:3], float(2.0 * best.cost))
 

@@ -88,14 +88,13 @@ def _by_all(learnt: Learnt, section: Section, half_px: int) -> Learnt:
 
 def _beside_brightness(learnt: Learnt, other: Learnt, section: Section) -> Learnt:
     """What brightness teaches (`other`), alone or along with what the strings' colour taught."""
-    hue, rho_px = learnt.sight.signal.way is Way.HUE, other.edge.shading[0].rho_px
+    hue = learnt.sight.signal.way is Way.HUE
     sharp_px = _sharp_px(learnt, other.edge) if hue else float("nan")
     if not _is_seen(other.edge, learnt.edge):
-        rho_px = learnt.edge.shading[0].rho_px
-        if hue and rho_px > RESOLVED * SHARP_PX[-1]:
+        if hue and learnt.edge.shading[0].rho_px > RESOLVED * SHARP_PX[-1]:
             return _as_bright(learnt, other, section, sharp_px, seen=False)
         return _as_stored(learnt, sharp_px, section)
-    if hue and rho_px > RESOLVED * sharp_px:
+    if hue and other.edge.shading[0].rho_px > RESOLVED * sharp_px:
         learnt = _as_bright(learnt, other, section, sharp_px, seen=True)
         return other if _tells_more(other.edge, learnt.edge) else learnt
     learnt = _as_stored(learnt, sharp_px, section)
