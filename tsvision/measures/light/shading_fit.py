@@ -41,7 +41,7 @@ from tsvision.measures.edges.shading import (
 )
 from tsvision.measures.light.beside import NONE, SHARP_PX, SHIFTS, Beside, shifted
 from tsvision.measures.light.beside import UNKNOWNS as UNKNOWNS_BESIDE
-from tsvision.measures.light.shading_lamp import MOST_STEPS, NEARLY, RESOLVED, TOLERANCE, fit_lamp
+from tsvision.measures.light.shading_lamp import MOST_STEPS, RESOLVED, fit_lamp
 from tsvision.measures.light.shape import UNKNOWN, Shape
 
 # Before anything is seen: so much of the core's light comes from lamps, most of them beside the
@@ -162,7 +162,7 @@ def _fit_light(
     far = max(-0.7 * rho_px, FAR_OUT * PLACE_RANGE_PX[0])
     starts = [np.array([blur, *places]) for places in ((0.0, 0.0), (far, 0.0), (0.0, far))]
     starts += [np.array([blur, *places]) for places in shape.starts()]
-    fits = [system.fit(start, NEARLY) for start in starts]
+    fits = [system.fit(start) for start in starts]
     for _ in range(REWEIGHED):
         system.reweigh(min(fits, key=lambda f: f.cost).x)
         fits = [system.fit(f.x) for f in fits]
@@ -329,7 +329,7 @@ class _System:
         light, _ = nnls(design, target, maxiter=MOST_STEPS)
         return light, design @ light - target
 
-    def fit(self, start: np.ndarray, tolerance: float = TOLERANCE) -> OptimizeResult:
+    def fit(self, start: np.ndarray) -> OptimizeResult:
         """Blur and both places (3,), from a start."""
         return least_squares(
             self.residuals,
@@ -338,8 +338,6 @@ class _System:
             diff_step=1e-3,
             x_scale=[0.2, 0.2, 0.2],
             max_nfev=40,
-            ftol=tolerance,
-            xtol=tolerance,
         )
 
     def blur_at(self, blur_px: float, places_px: np.ndarray) -> np.ndarray:
@@ -350,8 +348,6 @@ class _System:
             bounds=BLUR_RANGE_PX,
             diff_step=1e-3,
             max_nfev=15,
-            ftol=TOLERANCE,
-            xtol=TOLERANCE,
         )
         return np.concatenate([fit.x, places_px])
 
@@ -379,8 +375,6 @@ class _System:
                 diff_step=1e-3,
                 x_scale=[0.2, 0.2],
                 max_nfev=25,
-                ftol=TOLERANCE,
-                xtol=TOLERANCE,
             )
             for place in starts
         ]

@@ -26,7 +26,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import OptimizeResult, least_squares, nnls
+from scipy.optimize import least_squares, nnls
 
 from tsvision.measures.edges.shading import (
     BLUR_RANGE_PX,
@@ -56,10 +56,6 @@ UNEVEN_SD = 0.1  # of the core's contrast: by how much what comes from all aroun
 COMMON = 4  # unknowns of both sides: the lamp, a sky of either side, and the lamp's gleam
 GLEAM = 3  # of them
 MOST_STEPS = 3000  # of a fit of light that is nowhere negative
-# Of its misfit and of blur, places and angle, at which a fit ends, and those it is chosen from: of
-# 40 pairs of path-traced edges two would move by more than 0.01 px beyond. Rounds of learning that
-# go to and fro land elsewhere for less.
-TOLERANCE, NEARLY = 1e-6, 1e-3
 OWN = 4 + RAMPS  # unknowns of a side, the last of which are the ground's slopes
 
 
@@ -118,22 +114,18 @@ def _fit(
         return _residuals(profiles, sd, rho_px, black, grooved, glossy, beside, bright, q)
 
     ranges = (BLUR_RANGE_PX, PLACE_RANGE_PX, PLACE_RANGE_PX, (-FURTHEST_RAD, FURTHEST_RAD))
-
-    def fitted(start: np.ndarray, tolerance: float) -> OptimizeResult:
-        return least_squares(
+    fits = [
+        least_squares(
             off,
-            start,
+            [blur_start_px, 0.0, 0.0, theta],
             bounds=tuple(zip(*ranges, strict=True)),
             x_scale=[0.2, 0.2, 0.2, 0.3],
             diff_step=1e-3,
             max_nfev=40,
-            ftol=tolerance,
-            xtol=tolerance,
         )
-
-    starts = (np.array([blur_start_px, 0.0, 0.0, theta]) for theta in STARTS_RAD)
-    fits = [fitted(start, NEARLY) for start in starts]
-    best = fitted(min(fits, key=lambda f: f.cost).x, TOLERANCE)
+        for theta in STARTS_RAD
+    ]
+    best = min(fits, key=lambda f: f.cost)
     return Lamp(float(best.x[3]), float(best.x[0]), best.x[1:3], float(2.0 * best.cost))
 
 
