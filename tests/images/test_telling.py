@@ -12,6 +12,7 @@ from tsvision.images.strip import Strip
 from tsvision.images.telling import (
     are_both_ways,
     black_among,
+    colours_of,
     distance_for,
     find_signal,
     loses_limbs,
@@ -262,3 +263,28 @@ def test_what_strings_cover_does_not_depend_on_the_light_on_them() -> None:
         assert abs(colour @ cover) < 0.03 * abs(whole)
         assert abs(light * clouds[1].mean @ hue) < 0.12 * abs(clouds[0].mean @ hue)
     assert apart > 3.0 and whole < 0.0
+
+
+def strip_of(*strands: Colour, ground: Colour) -> Strip:
+    """Strands of these colours that take turns along the axis, 12 px thick, on their ground."""
+    values = np.empty((61, 240, 3))
+    values[:] = seen(ground, 61 * 240).reshape(61, 240, 3)
+    along = np.arange(240) // 20 % len(strands)
+    for i, colour in enumerate(strands):
+        columns = np.flatnonzero(along == i)
+        values[24:37, columns] = seen(colour, 13 * columns.size).reshape(13, -1, 3)
+    return Strip(values.astype(np.float32), 0.0, 30)
+
+
+def test_the_colours_of_strings_and_ground_are_known() -> None:
+    """Where strings have one, and pictures have any."""
+    strip = strip_of(YELLOW, ground=BLUE)
+    found = colours_of([strip], 6.0, between=False)
+    assert found is not None
+    assert np.allclose(found[0], 0.9 * np.array(YELLOW), rtol=0.05)
+    assert np.allclose(found[1], 0.9 * np.array(BLUE), rtol=0.05)
+    assert (
+        colours_of([strip_of(YELLOW, (0.05, 0.05, 0.6), ground=BLUE)], 6.0, between=False) is None
+    )
+    grey = Strip(strip.values[..., 1], 0.0, 30)
+    assert colours_of([grey], 6.0, between=False) is None

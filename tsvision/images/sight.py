@@ -40,7 +40,7 @@ from tsvision.images.shadow import NO_SHADE, Shade
 from tsvision.images.shrink import shrunk
 from tsvision.images.signal import Signal
 from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
-from tsvision.images.telling import find_cover, find_hue
+from tsvision.images.telling import colours_of, find_cover, find_hue
 
 MOVING_SHARE = 0.4  # of the axis' length that moves, from which nothing speaks against it
 FEWEST_PX = 24  # on a picture's or region's short side
@@ -73,6 +73,7 @@ class Sight:
     long as every picture is asked for itself. faint_tone: contrast of the
     fainter strands of two brightnesses, of the brighter ones' (1: all are about alike).
     core_share: contrast of the core of the ground's light, in the frames that show it (0: unknown).
+    colours: linear, blue, green, red (3,), of strings and of ground; None where they are not known.
     """
 
     axis: Axis
@@ -91,6 +92,7 @@ class Sight:
     sunk: int | None = None
     faint_tone: float = 1.0
     core_share: float = 0.0
+    colours: tuple[np.ndarray, np.ndarray] | None = None
 
     def reversed(self) -> Sight:
         """The same sight seen from the other end: s runs back, n changes its sign."""
@@ -272,6 +274,7 @@ def _sight_along(pictures: list[np.ndarray], trial: Trial, told: Told) -> Sight:
         gamma=told.gamma,
         shadow_level=seen.shadow.level,
         shade=shade,
+        colours=colours_of(strips, 0.5 * width, between),
     )
 
 

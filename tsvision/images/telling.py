@@ -55,6 +55,10 @@ SHADOWS = 0.15  # of how far strings stand out: a ground with less light has no 
 BRIGHTER, DARKER, OF_ITS_HUE = 2.0, 0.5, 0.15
 OFF = 5.0  # spreads of the ground's colour from which a sample is not of it
 
+# Of the strings' light: sd across their own colour, that gleams and chroma's blocks may make of one
+# colour (up to 0.16 in drawn and path-traced films); strands of two show 0.25 and more.
+ONE_COLOUR = 0.2
+
 LIMB = 0.25  # of the strings' light
 AS_FAR = 0.9  # of the separation that one hue reaches: from which another may show limbs better
 
@@ -106,6 +110,24 @@ def _told(
         if apart > AS_FAR * separation:
             return summed(hue), apart
     return summed(weights), separation
+
+
+def colours_of(
+    strips: list[Strip], half_core: float, between: bool
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Linear colours (3,), blue, green, red, of strings and of the ground beside them; None without
+    colour or ground, and of strings of several colours. between: whether the axis may run between
+    legs most of the way."""
+    if strips[0].values.ndim == 2:
+        return None
+    inner, outer = _samples(strips, half_core, between)
+    if min(len(inner), len(outer)) < FEWEST:
+        return None
+    strings, ground = central_cloud(inner), central_cloud(outer)
+    light = float(np.linalg.norm(strings.mean))
+    shaded = strings.mean @ strings.scatter @ strings.mean / light**2
+    off = np.sqrt(max(np.trace(strings.scatter) - shaded, 0.0))
+    return (strings.mean, ground.mean) if off < ONE_COLOUR * light else None
 
 
 def loses_limbs(weights: np.ndarray, strings: Cloud, ground: Cloud) -> bool:

@@ -116,12 +116,13 @@ class Shading:
 
     @cached_property
     def step(self) -> np.ndarray:
-        """The share (T,) of it that begins at the limb itself, at full height: what else there is
-        begins further in, where lamps reach, or fades."""
+        """The share (T,) of it that begins at the limb itself, at full height, with what storing
+        adds there: what else there is begins further in, where lamps reach, or fades."""
         if self.undivided:
             return self.template
         shapes = lamp_shapes(self.rho_px, self.blur_px, self.loss)
-        return np.asarray(limb_level(self.ambient, self.lamps) * shapes[0] - self._lost)
+        step = limb_level(self.ambient, self.lamps) * shapes[0] - self._lost
+        return np.asarray(step if self.added is None else step + self.added)
 
     @property
     def _lost(self) -> np.ndarray | float:

@@ -14,6 +14,7 @@ from tsvision.measures.helix.silhouette import Section
 from tsvision.measures.light.profiles import learn_shading
 from tsvision.measures.light.rounds import EdgeLook, less_sure
 from tsvision.measures.light.settle import settle
+from tsvision.measures.light.stored import luma_in
 
 COLOUR_PLACE_SD_PX = 0.3  # an edge in colour, which pictures store at half resolution
 # Of the blur: an edge of burnt-out strings. How bright they are beyond what the sensor holds, and
@@ -92,7 +93,7 @@ def learn_edges(pairs: Pairs, sight: Sight, section: Section) -> Learnt:
     sight = replace(sight, some_dim=any(cut.some_dim for cut in cuts))
     rho_px = 0.5 * sight.width_px / section.diameter_d
     shading = learn_shading(cuts, rho_px) or (plain_shading(rho_px), plain_shading(rho_px))
-    edge = settle(cuts, section, EdgeLook(shading, sight.width_px))
+    edge = settle(cuts, section, EdgeLook(shading, sight.width_px, stored=luma_in(cuts)))
     if sight.signal.in_colour:
         # Half the resolution and its blocks outdo what frames differ by.
         edge = less_sure(edge, COLOUR_PLACE_SD_PX)

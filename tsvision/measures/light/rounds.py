@@ -35,7 +35,7 @@ from tsvision.measures.light.bright import BrightCuts
 from tsvision.measures.light.profiles import black_of, edge_profiles
 from tsvision.measures.light.shading_fit import fit_shading
 from tsvision.measures.light.shape import Shape, hidden_px, shape_of, trust_of
-from tsvision.measures.light.stored import Stored, coded, without
+from tsvision.measures.light.stored import Stored, StoredLuma, coded, without
 
 AIMS, AIMED_PX = 3, 0.5  # times, until edges are looked along no farther than so from the true
 SUREST_PX = 0.05  # sd of a width: none is surer
@@ -80,7 +80,7 @@ class EdgeLook:
     steady: bool = True
     hidden_px: float = 0.0
     apart_px: float = 0.0
-    stored: Stored | None = None
+    stored: Stored | StoredLuma | None = None
     bright: BrightCuts | None = None
     last: Round = Round()
 
