@@ -12,8 +12,12 @@ The bound is that of a fit of D, pitch, phase, place and slope to both edges of 
 stretch that is measured, some two pitches at most, with nothing else unknown. An edge of contrast
 c, blurred by sigma px, in noise of sd s is placed no better than s / c sqrt(2 sqrt(pi) sigma) px;
 how the outline moves with D and the rest is told by differences of discs along the centre lines,
-none of the measuring code's own geometry. `--flat` mirrors nothing; `--mesh` draws such by
-pyvista's tubes (needs OpenGL), whose 48 sides make them up to 0.03 px a side too thin.
+none of the measuring code's own geometry. But light is not known: how blurred the picture is, how
+bright both sides are and how much of the screen limbs mirror, all its columns have to tell. What
+that adds to the bound, by Fresnel's law of a smooth plastic, is in the one that is called learnt.
+
+`--flat` mirrors nothing; `--mesh` draws such by pyvista's tubes (needs OpenGL), whose 48 sides make
+them up to 0.03 px a side too thin.
 """
 
 # ruff: noqa: E402 - the thread counts must be set before numpy and numba are imported
@@ -32,11 +36,13 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pandas as pd
+from scipy.ndimage import gaussian_filter1d
 
 from synth.presets import look_named
 from synth.settings import Look
 from tests.bench.pictures48_draw import (
     GAMMA,
+    WIDTH,
     Case,
     cases,
     centre_lines,
@@ -51,6 +57,9 @@ from tsvision.records import Camera, Frame, Rig, Strings, View
 BLURS_PX = (0.5, 1.0, 1.5)
 NOISES = (0.02, 0.05)  # sd of the stored grey, of full scale
 LEAST_PX = 40.0  # of D
+INDEX = 1.5  # of refraction, of plastic
+INSIDE = 0.85  # of a strand's radius: further in lie its neighbours
+STEP_PX = 0.05
 # As light in the middle as at the limb, whichever way the surface faces.
 FLAT = Look(
     strand_rgb=((0.04, 0.04, 0.04),),
@@ -113,9 +122,43 @@ def least_sds(case: Case, edge_sd_px: float, length: float) -> dict[str, float]:
     }
 
 
-def contrast(picture: np.ndarray) -> float:
+def levels(picture: np.ndarray) -> tuple[float, float]:
     """Of strands and screen as stored, in units of full scale; from the picture without noise."""
-    return float(np.ptp(np.percentile(picture, [1.0, 99.0])) / 255.0)
+    dark, bright = np.percentile(picture, [1.0, 99.0]) / 255.0
+    return float(dark), float(bright)
+
+
+def mirrored(facing: np.ndarray) -> np.ndarray:
+    """Share of light that a smooth dielectric of index 1.5 mirrors, at the cosine (K,) of the angle
+    at which it is seen."""
+    inward = np.sqrt(1.0 - (1.0 - facing**2) / INDEX**2)
+    across = (facing - INDEX * inward) / (facing + INDEX * inward)
+    along = (inward - INDEX * facing) / (inward + INDEX * facing)
+    return np.asarray(0.5 * (across**2 + along**2))
+
+
+def least_light_sd_px(
+    seen: tuple[float, float], rho_px: float, blur_px: float, noise: float, columns: float
+) -> float:
+    """What is added to the sd of a width (px) by light that both edges of so many columns have to
+    tell: blur, brightness of strands (of radius rho_px) and screen, the share of it mirrored."""
+    t_px = np.arange(-6.0, INSIDE * rho_px, STEP_PX)  # inside the edge
+    facing = np.sqrt(np.clip(1.0 - (1.0 - np.maximum(t_px, 0.0) / rho_px) ** 2, 0.0, 1.0))
+    mirror = mirrored(facing)
+
+    def stored(out_px: float, blur: float, share: float, dark: float, bright: float) -> np.ndarray:
+        strand = dark + share * (bright - dark) * mirror
+        sharp = np.where(t_px < 0.0, bright, strand)
+        soft = gaussian_filter1d(sharp, blur / STEP_PX, mode="nearest")
+        return np.interp(t_px + out_px, t_px, soft) ** (1.0 / GAMMA)
+
+    at = np.array([0.0, blur_px, 0.0, *(level**GAMMA for level in seen)])
+    steps = np.diag([0.1, 0.01, 0.01, 0.001, 0.001])
+    moved = [(stored(*(at + step)) - stored(*(at - step))) / (2.0 * step.sum()) for step in steps]
+    jacobian = np.stack(moved, axis=1)
+    information = jacobian.T @ jacobian * (2.0 * columns * STEP_PX / noise**2)
+    open_px2 = np.linalg.inv(information)[0, 0]
+    return float(2.0 * np.sqrt(open_px2 - 1.0 / information[0, 0]))
 
 
 def measured(case: Case, picture: np.ndarray) -> dict[str, float]:
@@ -148,6 +191,7 @@ def line(rows: pd.DataFrame) -> str:
     means = rows.groupby("bundle")[["diameter", "pitch", "beta"]].mean()
     scatter = rows.groupby("bundle")[["diameter", "pitch", "beta"]].std()
     least = rows.groupby("bundle")[["least_diameter", "least_pitch", "least_beta"]].first()
+    learnt = rms(rows.groupby("bundle")["least_learnt"].first())
     sds = [rms(scatter[name]) for name in ("diameter", "pitch", "beta")]
     bounds = [rms(least[f"least_{name}"]) for name in ("diameter", "pitch", "beta")]
     cells = [
@@ -156,6 +200,8 @@ def line(rows: pd.DataFrame) -> str:
         f"{sds[0]:.4f}",
         f"{bounds[0]:.4f}",
         f"{sds[0] / bounds[0]:.1f}",
+        f"{learnt:.4f}",
+        f"{sds[0] / learnt:.1f}",
         f"{rms(rows['beta']):.3f}",
         f"{sds[2] / bounds[2]:.1f}",
         f"{100.0 * rms(rows['pitch']):.3f}",
@@ -167,8 +213,10 @@ def line(rows: pd.DataFrame) -> str:
 
 
 HEAD = (
-    "| N | blur px | noise | D bias px | worst bundle | D sd px | bound | sd/bound | β RMSE ° "
-    "| sd/bound | p RMSE % | sd/bound | D in 95 % | β in 95 % |\n" + "| --- " * 14 + "|"
+    "| N | blur px | noise | D bias px | worst bundle | D sd px | bound | sd/bound "
+    "| learnt | sd/learnt | β RMSE ° | sd/bound | p RMSE % | sd/bound | D in 95 % | β in 95 % |\n"
+    + "| --- " * 16
+    + "|"
 )
 
 
@@ -179,13 +227,16 @@ def set_of(
     rows = []
     for number, case in enumerate(bundles(strings)):
         clean = drawn(replace(case, noise=0.0), blur_px)
-        edge_sd_px = noise / contrast(clean) * np.sqrt(2.0 * np.sqrt(np.pi) * blur_px)
+        seen = levels(clean)
+        edge_sd_px = noise / (seen[1] - seen[0]) * np.sqrt(2.0 * np.sqrt(np.pi) * blur_px)
         found = []
         for repeat in range(repeats):
             noisy = replace(case, noise=noise, seed=case.seed + repeat)
             found.append(measured(case, drawn(noisy, blur_px)))
         length = float(np.median([row["length"] for row in found]))
         least = least_sds(case, edge_sd_px, length)
+        added = least_light_sd_px(seen, centre_lines(case)[2], blur_px, noise, WIDTH)
+        least["least_learnt"] = float(np.hypot(least["least_diameter"], added))
         rows += [{"bundle": number} | least | row for row in found]
         if each:
             errors = " ".join(f"{row['diameter']:+.3f}" for row in rows[-repeats:])
