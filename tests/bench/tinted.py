@@ -8,7 +8,7 @@ with the ground, channels that differ do not encode alike. Bundles of the benchm
 stored as PNG and as JPEG (quality 85, 4:2:0). Each is measured cold, knowing N, and the PNG once
 more as a grey file, of which nobody can tell what was mixed. Strands are as bright at the limb as
 in the middle, or with `--front` lit by the benchmark's lamps; what either makes of grey strands is
-in the first rows, for colour to be compared with.
+in rows of their own, for colour to be compared with: light on the ground counts by itself.
 """
 
 # ruff: noqa: E402 - the thread counts must be set before numpy and numba are imported
@@ -37,6 +37,8 @@ from tsvision.records import Camera, Frame, Rig, Strings, View
 # Linear red, green, blue of strands and ground.
 PAIRS = {
     "grey on dark": ((0.40, 0.40, 0.40), (0.04, 0.04, 0.04)),
+    "grey, five of ground": ((0.15, 0.15, 0.15), (0.03, 0.03, 0.03)),  # as blue and yellow have
+    "grey, two of ground": ((0.15, 0.15, 0.15), (0.07, 0.07, 0.07)),  # as red has
     "red on dark": ((0.65, 0.07, 0.07), (0.05, 0.06, 0.05)),
     "blue on dark": ((0.06, 0.12, 0.60), (0.03, 0.03, 0.03)),
     "yellow on blue": ((0.70, 0.55, 0.05), (0.06, 0.10, 0.30)),
