@@ -52,7 +52,7 @@ from tests.bench.pictures48_draw import (
 )
 from tests.bench.scoring import held, rms
 from tsvision.measures.recording import Measurer
-from tsvision.records import Camera, Frame, Rig, Strings, View
+from tsvision.records import Camera, Frame, FrameRow, Rig, Strings, View
 
 BLURS_PX = (0.5, 1.0, 1.5)
 NOISES = (0.02, 0.05)  # sd of the stored grey, of full scale
@@ -161,16 +161,21 @@ def least_light_sd_px(
     return float(2.0 * np.sqrt(open_px2 - 1.0 / information[0, 0]))
 
 
-def measured(case: Case, picture: np.ndarray) -> dict[str, float]:
-    """Errors of one picture, cold, and errors over their sd."""
+def measured_cold(strings: int, picture: np.ndarray) -> tuple[FrameRow, Measurer]:
+    """A picture as a recording of one frame, knowing N and the camera's tone curve."""
     rig = Rig(
         camera=Camera(gamma=GAMMA),
-        strings=Strings(count=case.strings),
+        strings=Strings(count=strings),
         view=View(separator_side="none"),
     )
     measurer = Measurer(rig)
     measurer.prime([picture])
-    row = measurer.measure(Frame(0, "picture.png", picture)).row
+    return measurer.measure(Frame(0, "picture.png", picture)).row, measurer
+
+
+def measured(case: Case, picture: np.ndarray) -> dict[str, float]:
+    """Errors of one picture, cold, and errors over their sd."""
+    row, measurer = measured_cold(case.strings, picture)
     diameter = row.diameter_px - case.diameter_px
     beta = np.rad2deg(row.helix_angle_rad) - case.beta_deg
     near = measurer.warm.near

@@ -27,12 +27,10 @@ import cv2
 import numpy as np
 import pandas as pd
 
-from tests.bench.pictures48_draw import GAMMA, Case, draw
+from tests.bench.pictures48_draw import Case, draw
 from tests.bench.pictures48_looks import look_of
 from tests.bench.scoring import held, rms
-from tests.bench.silhouettes import FLAT, bundles
-from tsvision.measures.recording import Measurer
-from tsvision.records import Camera, Frame, Rig, Strings, View
+from tests.bench.silhouettes import FLAT, bundles, measured_cold
 
 # Linear red, green, blue of strands and ground.
 PAIRS = {
@@ -76,14 +74,7 @@ def kept(pixels: np.ndarray, kind: str) -> np.ndarray:
 
 def error_px(case: Case, pixels: np.ndarray) -> tuple[float, float]:
     """Of D, and in units of its sd; the picture measured as a recording of one frame."""
-    rig = Rig(
-        camera=Camera(gamma=GAMMA),
-        strings=Strings(count=case.strings),
-        view=View(separator_side="none"),
-    )
-    measurer = Measurer(rig)
-    measurer.prime([pixels])
-    row = measurer.measure(Frame(0, "picture.png", pixels)).row
+    row, _ = measured_cold(case.strings, pixels)
     off = row.diameter_px - case.diameter_px
     return off, off / row.diameter_px_sd
 
