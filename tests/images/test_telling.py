@@ -283,8 +283,7 @@ def test_the_colours_of_strings_and_ground_are_known() -> None:
     assert found is not None
     assert np.allclose(found[0], 0.9 * np.array(YELLOW), rtol=0.05)
     assert np.allclose(found[1], 0.9 * np.array(BLUE), rtol=0.05)
-    assert (
-        colours_of([strip_of(YELLOW, (0.05, 0.05, 0.6), ground=BLUE)], 6.0, between=False) is None
-    )
+    of_two = strip_of(YELLOW, (0.05, 0.05, 0.6), ground=BLUE)
+    assert colours_of([of_two], 6.0, between=False) is None
     grey = Strip(strip.values[..., 1], 0.0, 30)
     assert colours_of([grey], 6.0, between=False) is None

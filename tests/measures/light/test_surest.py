@@ -43,14 +43,19 @@ from tsvision.rig import load_rig
 CLOSE_UP: dict[str, object] = {"camera.view": "closeup", "camera.px_per_mm": 80.0}
 ORANGE = (0.62, 0.25, 0.04)
 RED, PALE_GREEN = (0.4, 0.04, 0.05), (0.36, 0.47, 0.39)
+# Known to fall short, and to be told of once it does not.
+THICK = pytest.mark.xfail(
+    strict=True,
+    reason="0.19 px: limbs are taken to mirror the ground, and these do not; until luma was undone "
+    "that was 0.13, for mixtures of red and pale green decoded as grey came out 0.06 px thin",
+)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", [2, 4])
+@pytest.mark.parametrize("count", [2, pytest.param(4, marks=THICK)])
 def test_dark_red_strings_on_an_uneven_pale_ground(tmp_path: Path, count: int) -> None:
     """They are found by their hue, for the ground is too uneven, and measured by their brightness:
-    within 0.19 px of 15 and 21, by their hue up to 1.8 px thick. Decoded as grey they come out 0.06
-    px thinner, which makes up for some of the ground's light that these limbs do not mirror."""
+    within 0.15 px of 15, and 0.19 of 21, by their hue up to 1.8 px thick."""
     changes: dict[str, object] = {
         "look.strand_rgb": (RED,),
         "look.ground_rgb": PALE_GREEN,
@@ -60,7 +65,7 @@ def test_dark_red_strings_on_an_uneven_pale_ground(tmp_path: Path, count: int) -
     measurer, error_px, sd_px = measured(tmp_path / "film", settings)
     assert measurer.looks is not None
     assert measurer.looks.sight.signal.way is Way.LUMA
-    assert np.abs(error_px).max() < 0.2
+    assert np.abs(error_px).max() < 0.15
     assert sd_px.max() < 0.3
 
 
