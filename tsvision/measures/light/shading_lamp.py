@@ -83,16 +83,20 @@ def fit_lamp(
     """Fit the mean profiles (upper, lower) of strands brighter than their ground, each value with
     its sd (K,), those of what is beside after them. grooved, glossy: whether there may be a groove,
     and a gleam; where the lamp leaves one limb dark, neither is told from where its light ends, and
-    where it stands by the camera no gleam is told from a groove."""
+    where it stands by the camera a gleam is told from a groove where that alone does not describe
+    the profiles to what is known of them."""
     known = profiles, sd, rho_px, blur_start_px, black, beside
     grooved &= rho_px > RESOLVED * blur_start_px
     glossy &= rho_px > GLEAM_RESOLVED * blur_start_px
     if glossy:
-        lamp = _fit(*known, grooved, True)
-        if (HEAD_ON_RAD if grooved else 0.0) <= abs(lamp.theta_rad) < OPEN_RAD:
-            return lamp
+        gleaming = _fit(*known, grooved, True)
+        aside_rad = abs(gleaming.theta_rad)
+        if (HEAD_ON_RAD if grooved else 0.0) <= aside_rad < OPEN_RAD:
+            return gleaming
     if grooved:
         lamp = _fit(*known, True, False)
+        if glossy and aside_rad < HEAD_ON_RAD and lamp.misfit > sum(s.size for s in sd):
+            return gleaming
         if abs(lamp.theta_rad) < OPEN_RAD:
             return lamp
     return _fit(*known, False, False)
