@@ -46,6 +46,7 @@ LAMPS_RAD = np.deg2rad(np.linspace(-90.0, 180.0, 13))
 # Blinn's lobe (1977), cos^GLEAM_POWER about halfway between a lamp and the camera, of plastic: half
 # as bright 14 degrees to either side. A power of 10 or 50 moves edges by hardly 0.1 px.
 GLEAM_POWER = 24.0
+GLEAMS_RAD = np.deg2rad([10.0, 25.0, 40.0])  # from the camera, side by side as they are wide
 BIN_PX = 0.25
 BINS_A_PX = 4
 FEWEST_IN_BIN, FEWEST_IN_PX = 2, 16  # samples
@@ -207,6 +208,15 @@ def mirror_shape(rho_px: float, blur_px: float) -> np.ndarray:
     shape = _seen((INSIDE * _mirrored(rho_px))[None], blur_px)[0]
     shape.flags.writeable = False
     return shape
+
+
+@lru_cache(maxsize=8)
+def gleam_shapes(rho_px: float, blur_px: float) -> np.ndarray:
+    """Blurred profiles (3, T) of what limbs mirror of lamps at twice GLEAMS_RAD on their own side,
+    1 where that is brightest but for the blur; to be read only."""
+    shapes = _seen(INSIDE * _gleaming(rho_px, GLEAMS_RAD), blur_px)
+    shapes.flags.writeable = False
+    return shapes
 
 
 @lru_cache(maxsize=8)
