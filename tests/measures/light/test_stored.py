@@ -18,8 +18,17 @@ from tsvision.measures.edges.shading import (
     EdgeProfile,
     Shading,
 )
+from tsvision.measures.light.beside import Beside
 from tsvision.measures.light.shading_fit import fit_shading
-from tsvision.measures.light.stored import Stored, StoredLuma, coded, luma_in, without
+from tsvision.measures.light.stored import (
+    Stored,
+    StoredLuma,
+    coded,
+    luma_added,
+    luma_in,
+    surface_light,
+    without,
+)
 
 RHO_PX, BLUR_PX, FINE = 9.0, 0.7, 16
 SEEN_PX = float(np.hypot(BLUR_PX, 12.0**-0.5))  # with what a pixel averages over
@@ -122,6 +131,33 @@ def test_an_edge_told_by_the_luma_of_colours_lies_elsewhere_until_that_is_undone
         *light, undone = fit_shading((pair[0], pair[1]), RHO_PX, black, SEEN_PX)
     assert np.sign(off_px) * float(as_read.sum()) >= abs(off_px)
     assert abs(float(undone.sum())) < 0.06
+
+
+def test_luma_beside_a_hue_is_read_as_of_colours() -> None:
+    """Red before dim grey, whose hue is spread by 1.5 px: 1.01 px too thick with luma as of greys
+    beside it, and 0.37 px once that is undone."""
+    stored = StoredLuma(RED, DIM_GREY, float("nan"))
+    _, ground = stored.levels
+    linear, edge = edge_picture(RED, DIM_GREY)
+    t_px = offsets_for(RHO_PX)
+    weights = np.array([-0.5, -0.5, 1.0])
+    hue = cv2.GaussianBlur(linear, (0, 0), 1.5) @ weights / float(weights @ RED)
+    colour = EdgeProfile(t_px, over_px(hue, edge, t_px), np.full(t_px.size, 0.002))
+    luma = through_a_file(linear, cv2.IMREAD_GRAYSCALE)
+    value = over_px((luma - ground) / ground, edge, t_px)
+    seen = EdgeProfile(t_px, value, np.full(t_px.size, 0.002))
+    soft_px = float(np.hypot(SEEN_PX, 1.5))
+    bright, wider_px = seen, []
+    for _ in range(4):
+        beside = Beside((bright, bright), SEEN_PX)
+        upper, _, places = fit_shading(
+            (colour, colour), RHO_PX, 0.0, soft_px, beside=beside, by_hue=True
+        )
+        wider_px.append(-float(places.sum()))
+        added = luma_added(stored, surface_light(upper, 0.0), SEEN_PX)
+        bright = without(seen, added / ground)
+    assert wider_px[0] > 0.8
+    assert abs(wider_px[-1]) < 0.5
 
 
 def test_taking_off_leaves_a_sunk_edge_sunk() -> None:

@@ -8,30 +8,49 @@ import numpy as np
 
 from tsvision.measures.edges.cut import Cut
 from tsvision.measures.edges.find import FEWEST_COLUMNS, along_axis
-from tsvision.measures.edges.shading import EdgeProfile, edge_samples, inside_px, mean_profile
+from tsvision.measures.edges.shading import (
+    EdgeProfile,
+    Shading,
+    edge_samples,
+    inside_px,
+    mean_profile,
+)
 from tsvision.measures.light.beside import NONE, Beside
+from tsvision.measures.light.profiles import black_of
+from tsvision.measures.light.stored import StoredLuma, luma_added, surface_light, without
 
 
 @dataclass(frozen=True)
 class BrightCuts:
     """What shows the same frames by brightness: the cuts by the id of those by colour, alike in
     rows and columns; blur_px: theirs; sought: whether that is a guess; halved: whether files keep
-    the colour at half the resolution."""
+    the colour at half the resolution; stored: how they keep brightness, where that is to be undone.
+    """
 
     cuts: dict[int, Cut]
     blur_px: float
     sought: bool
     halved: bool
+    stored: StoredLuma | None = None
 
     def beside(
-        self, cuts: list[Cut], rho_px: float, known: list[tuple[np.ndarray, np.ndarray]]
+        self,
+        cuts: list[Cut],
+        rho_px: float,
+        known: list[tuple[np.ndarray, np.ndarray]],
+        shading: tuple[Shading, Shading],
     ) -> Beside:
-        """The mean brightness along known rows of the edges in some cuts by colour; NONE where too
-        little is seen."""
+        """The mean brightness along known rows of the edges in some cuts by colour, which look like
+        `shading` as far as it is known; NONE where too little is seen."""
         upper = self._profile(0, cuts, rho_px, known)
         lower = self._profile(1, cuts, rho_px, known)
         if upper is None or lower is None:
             return NONE
+        if self.stored is not None:
+            stored, black = self.stored, black_of(cuts)
+            light = [surface_light(side, black) for side in shading]
+            added = [luma_added(stored, own, self.blur_px) / stored.levels[1] for own in light]
+            upper, lower = without(upper, added[0]), without(lower, added[1])
         return Beside((upper, lower), self.blur_px, self.sought, self.halved)
 
     def _profile(

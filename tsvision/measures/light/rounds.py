@@ -189,7 +189,7 @@ def _taught(
             look.shading[0].blur_px,
             replace(shape, width_px=shape.width_px - float(places_px.sum())),
             grooved=fits[0].bundle.fit.section.count > 2,
-            beside=NONE if look.bright is None else look.bright.beside(cuts, rho, rows),
+            beside=NONE if look.bright is None else look.bright.beside(cuts, rho, rows, light),
             by_hue=fits[0].cut.in_colour,
         )
         if look.stored is not None:

@@ -122,7 +122,7 @@ def luma_in(cuts: list[Cut]) -> StoredLuma | None:
         return None
     found = StoredLuma(*sight.colours, sight.gamma)
     strand, ground = found.levels
-    if strand <= 0.0:
+    if min(strand, ground) <= 0.0:
         return None
     core = ground + float(np.median([cut.core_level for cut in cuts]))
     found = replace(found, strand=max(core, 0.0) / strand * found.strand)
@@ -140,8 +140,7 @@ def coded(stored: Stored | StoredLuma, shading: Shading) -> np.ndarray:
     of the core's contrast, each value over one px as mean edges are."""
     if isinstance(stored, StoredLuma):
         return _coded_luma(stored, shading)
-    light = (surface_contrast(shading) - stored.black) / (1.0 - stored.black)
-    strand = np.maximum(light, 0.0)[:, None] * stored.strand
+    strand = surface_light(shading, stored.black)[:, None] * stored.strand
     sharp = INSIDE[:, None] * strand + (1.0 - INSIDE)[:, None] * stored.ground
     seen = blurred(sharp.T, stored.sharp_px / TEMPLATE_STEP_PX, truncate=3.5)
     added = stored.weights @ (_given_back(seen, stored.gamma) - seen) / stored.contrast
@@ -151,14 +150,28 @@ def coded(stored: Stored | StoredLuma, shading: Shading) -> np.ndarray:
 def _coded_luma(stored: StoredLuma, shading: Shading) -> np.ndarray:
     """The same of strands told by their luma."""
     level, ground = stored.levels
-    black = -ground / (level - ground)
-    light = np.maximum((surface_contrast(shading) - black) / (1.0 - black), 0.0)
-    blur = shading.blur_px / TEMPLATE_STEP_PX
+    light = surface_light(shading, -ground / (level - ground))
+    return luma_added(stored, light, shading.blur_px) / (level - ground)
+
+
+def surface_light(shading: Shading, black: float) -> np.ndarray:
+    """Light (T,) on the strand's surface over the core's, of strands that show the contrast `black`
+    without any; the core's all over where contrast does not tell it."""
+    if abs(1.0 - black) <= LEAST_GAIN:
+        return np.ones(TEMPLATE_GRID_PX.size)
+    return np.maximum((surface_contrast(shading) - black) / (1.0 - black), 0.0)
+
+
+def luma_added(stored: StoredLuma, light: np.ndarray, blur_px: float) -> np.ndarray:
+    """What luma read as of greys adds (T,) to the light about an edge, averaged over a px, where
+    the surface has so much light (T,), over the core's."""
+    level, ground = stored.levels
+    blur = blur_px / TEMPLATE_STEP_PX
     covered = INSIDE * light
     sharp = covered[:, None] * stored.strand + (1.0 - INSIDE)[:, None] * stored.ground
     read = stored.seen(blurred(sharp.T, blur, truncate=3.5).T)
     summed = blurred((covered * level + (1.0 - INSIDE) * ground)[None], blur, truncate=3.5)[0]
-    return _over_px((read - summed) / (level - ground))
+    return _over_px(read - summed)
 
 
 def without(profile: EdgeProfile, added: np.ndarray) -> EdgeProfile:

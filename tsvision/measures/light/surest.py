@@ -32,7 +32,7 @@ from tsvision.measures.light.learnt import Learnt, cut_alike, learn_edges, toned
 from tsvision.measures.light.rounds import EdgeLook, Round, less_sure, next_look
 from tsvision.measures.light.settle import settle
 from tsvision.measures.light.shading_lamp import RESOLVED
-from tsvision.measures.light.stored import colours_in, is_halved, stored_in
+from tsvision.measures.light.stored import colours_in, is_halved, luma_in, stored_in
 from tsvision.measures.light.witness import Witness, heard
 
 # Of a width by brightness that is not left to it alone, besides what light leaves open: parts of
@@ -169,7 +169,7 @@ def _as_bright(
     sought = not np.isfinite(sharp_px)
     sharp_px = SHARP_PX[0] if sought else sharp_px
     halved = is_halved(edge.shading[0].blur_px, sharp_px)
-    bright = BrightCuts(_pairs(learnt, other), sharp_px, sought, halved)
+    bright = BrightCuts(_pairs(learnt, other), sharp_px, sought, halved, luma_in(other.cuts))
     # Rounds need not have settled: one more of each kind, from the same edges on.
     plain = next_look(learnt.cuts, section, edge)
     both = next_look(learnt.cuts, section, replace(edge, bright=bright))
