@@ -14,7 +14,7 @@ does not, how bright the limb is that the hue shows.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,7 +42,7 @@ SHIFT_SD_PX = 0.3  # that storing a colour at half the resolution may move its e
 LEAST_SHIFT_SD_PX = 0.03  # of a colour that is stored in full
 SHARP_PX = (0.4, 1.6)  # the blur, at least and at most, of a picture whose brightness tells none
 # Of the brightest light there, from which on a place tells how bright strands are; the share of
-# such places, at least, where no lamp gleams; how many times as bright as there strands do gleam.
+# such places, at least, where no lamp gleams; how many times as bright as there what gleams is.
 LIT, UNGLOSSED, GLEAMS = 0.5, 0.1, 1.1
 LEAST_LIGHT = 1e-3  # of the core's
 GLEAM_SD = 0.5  # of a gleam's brightness, over the core's light
@@ -54,24 +54,35 @@ class Beside:
     """profiles: mean brightness about the upper and the lower edge, less the ground's and in units
     of it, () where it is not asked; blur_px: of the picture by its brightness; sought: whether that
     is a guess, and to be told along, within SHARP_PX; halved: whether colour is stored at half the
-    resolution."""
+    resolution; gleaming: whether strands may mirror a lamp."""
 
     profiles: tuple[EdgeProfile, ...] = ()
     blur_px: float = SHARP_PX[0]
     sought: bool = False
     halved: bool = True
+    gleaming: bool = True
 
     def lit(self, colour: tuple[EdgeProfile, EdgeProfile], black: float) -> float:
         """How bright a strand is, in units of the ground, where the light is the core's; colour:
         the same edges by a contrast that is `black` without light. What it mirrors of a lamp is
         brightness without its colour, and does not count."""
-        pairs = zip(self.profiles, colour, strict=True)
-        ratios = np.concatenate([_ratio(mine, other, black) for mine, other in pairs])
-        ratios = ratios[np.isfinite(ratios)]
+        ratios = self._ratios(colour, black)
         if not ratios.size:
             return LEAST_LIGHT
         matt = ratios[ratios <= max(GLEAMS * np.quantile(ratios, UNGLOSSED), ratios.min())]
         return float(max(matt.mean(), LEAST_LIGHT))
+
+    def looked_at(self, colour: tuple[EdgeProfile, EdgeProfile], black: float) -> Beside:
+        """The same, without gleams where brightness nowhere outgrows the light that the colour
+        shows: what is not seen takes part in the place of the edge all the same."""
+        gleaming = bool((self._ratios(colour, black) > GLEAMS * self.lit(colour, black)).any())
+        return replace(self, gleaming=gleaming)
+
+    def _ratios(self, colour: tuple[EdgeProfile, EdgeProfile], black: float) -> np.ndarray:
+        """Of both sides, as far as they are known."""
+        pairs = zip(self.profiles, colour, strict=True)
+        ratios = np.concatenate([_ratio(mine, other, black) for mine, other in pairs])
+        return ratios[np.isfinite(ratios)]
 
     def rows(
         self, side: int, place_px: float, shapes: np.ndarray, lit: float, rho_px: float
@@ -85,12 +96,32 @@ class Beside:
         own = np.zeros((t_px.size, UNKNOWNS))
         one = np.ones_like(t_px)
         blur_px = averaged_blur_px(self.blur_px)
-        gleams = looked_up(gleam_shapes(rho_px, blur_px), t_px)
+        gleams = self.gleaming * looked_up(gleam_shapes(rho_px, blur_px), t_px)
         ground = np.stack([one, -one, *ramps_outside(t_px)], axis=1)
         own[:, side * OWN : (side + 1) * OWN] = np.hstack([lit * gleams, ground])
         mirror = mirror_shape(rho_px, blur_px)
         own[:, MIRROR] = looked_up(mirror[None], t_px)[:, 0]
         return profile.value + seen[:, 0], lit * seen, own
+
+    def in_colour(
+        self,
+        side: int,
+        colour: EdgeProfile,
+        place_px: float,
+        blur_px: float,
+        black: float,
+        lit: float,
+        rho_px: float,
+    ) -> np.ndarray:
+        """What the unknowns here add (K, UNKNOWNS) to a side's profile by colour: an edge that lies
+        a px farther out, with either sign, and gleams, in which a lamp of the ground's colour shows
+        as that does, by -black."""
+        adds = np.zeros((colour.t_px.size, UNKNOWNS))
+        steepness = np.gradient(colour.value, colour.t_px)
+        adds[:, SHIFTS] = np.stack([steepness, -steepness], axis=1)
+        gleams = self.gleaming * looked_up(gleam_shapes(rho_px, blur_px), colour.t_px - place_px)
+        adds[:, side * OWN : side * OWN + GLEAMS_RAD.size] = -black * lit * gleams
+        return adds
 
     def prior(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows (R, UNKNOWNS) and their target (R,): slopes, shifts and gleams are small, and so
@@ -117,10 +148,3 @@ def _ratio(bright: EdgeProfile, colour: EdgeProfile, black: float) -> np.ndarray
     deep = bright.t_px > DEEP * min(bright.t_px.max(), colour.t_px.max())
     told = deep & (light > max(LIT * light[deep].max(), LEAST_LIGHT))
     return np.where(told, (1.0 + bright.value) / np.where(told, light, 1.0), np.nan)
-
-
-def shifted(colour: EdgeProfile) -> np.ndarray:
-    """What moving an edge by colour a px outwards adds to its profile (K,), with either sign
-    (K, 2)."""
-    steepness = np.gradient(colour.value, colour.t_px)
-    return np.stack([steepness, -steepness], axis=1)

@@ -41,7 +41,7 @@ from tsvision.measures.edges.shading import (
     ramps_outside,
     sky_shapes,
 )
-from tsvision.measures.light.beside import NONE, SHIFTS, Beside, shifted
+from tsvision.measures.light.beside import NONE, Beside
 
 GROOVE_FROM = 0.1  # of the radius: how far in the neighbours begin to take light away
 RESOLVED = 3.0  # blurs in a strand's radius: of a thinner one no groove is told from the limb
@@ -178,8 +178,13 @@ def _residuals(
     design = np.vstack([design, ramp_prior(OWN, common=COMMON), prior])
     target = np.concatenate([target, np.zeros(2 * RAMPS + len(prior))])
     if bright:
-        moved = np.vstack([shifted(p) / s[:, None] for p, s in zip(profiles, sd[:2], strict=True)])
-        design, target = _joined(design, target, moved, sd[2:], rho_px, loss, beside, bright, q)
+        blur_px = averaged_blur_px(float(q[0]))
+        added = []
+        for side, (p, s) in enumerate(zip(profiles, sd[:2], strict=True)):
+            about = q[1 + side], blur_px, black, bright, rho_px
+            added.append(beside.in_colour(side, p, *about) / s[:, None])
+        above = np.vstack(added)
+        design, target = _joined(design, target, above, sd[2:], rho_px, loss, beside, bright, q)
     light, _ = nnls(design, target, maxiter=MOST_STEPS)
     return np.asarray(design @ light - target)
 
@@ -195,7 +200,7 @@ def _shapes(rho_px: float, blur_px: float, lamp_rad: float, side: int, loss: flo
 def _joined(
     design: np.ndarray,
     target: np.ndarray,
-    moved: np.ndarray,
+    above: np.ndarray,
     sd: tuple[np.ndarray, ...],
     rho_px: float,
     loss: float,
@@ -222,5 +227,5 @@ def _joined(
         below.append(np.hstack([block, own]) / s[:, None])
         more.append(seen / s)
     wide = np.pad(design, ((0, 0), (0, rows.shape[1])))
-    wide[: len(moved), SHIFTS] = moved
+    wide[: len(above), columns:] = above
     return np.vstack([wide, *below]), np.concatenate([target, *more])
