@@ -66,7 +66,7 @@ LAMP_ODDS = 4.0  # that one lamp and a sky light the strings, before the profile
 LAMP_POWER = 0.5  # of the two misfits' ratio: the better description counts a little more
 GROUND_LIGHT = 0.02  # of the core's contrast: a ground no brighter is as good as black
 UNLIT_POWER = 4.0  # of both misfits' ratio: by which limbs may be darker than their ground
-MOST_RATIO = 100.0
+MOST_RATIO = 100.0  # that is told from more
 SHARP_TO = 0.03  # of itself, that the blur of what is beside is told to
 
 
@@ -93,7 +93,7 @@ def fit_shading(
     outside the edge assumed).
     """
     grooved, glossy = grooved and not by_hue, not by_hue
-    if beside.profiles:
+    if beside.profiles and black < 1.0:
         beside = beside.looked_at(profiles, black)
     known = rho_px, blur_start_px, shape, grooved, beside, glossy
     light = _fit_light(profiles, max(black, 0.0), *known)

@@ -209,8 +209,8 @@ def _joined(
     q: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Design (R, C) and target (R,) with what brightness shows of the same light, each value with
-    its sd (K,), below and its own unknowns to the right; moved (K, 2): what an edge by colour that
-    lies elsewhere adds to the first rows."""
+    its sd (K,), below and its own unknowns to the right; above (K, UNKNOWNS): what those add to the
+    first rows."""
     rows, aims = beside.prior()
     columns = design.shape[1]
     below, more = [np.hstack([np.zeros((len(rows), columns)), rows])], [aims]
