@@ -66,17 +66,13 @@ class Beside:
         """How bright a strand is, in units of the ground, where the light is the core's; colour:
         the same edges by a contrast that is `black` without light. What it mirrors of a lamp is
         brightness without its colour, and does not count."""
-        ratios = self._ratios(colour, black)
-        if not ratios.size:
-            return LEAST_LIGHT
-        matt = ratios[ratios <= max(GLEAMS * np.quantile(ratios, UNGLOSSED), ratios.min())]
-        return float(max(matt.mean(), LEAST_LIGHT))
+        return _matt(self._ratios(colour, black))
 
     def looked_at(self, colour: tuple[EdgeProfile, EdgeProfile], black: float) -> Beside:
         """The same, without gleams where brightness nowhere outgrows the light that the colour
         shows: what is not seen takes part in the place of the edge all the same."""
-        gleaming = bool((self._ratios(colour, black) > GLEAMS * self.lit(colour, black)).any())
-        return replace(self, gleaming=gleaming)
+        ratios = self._ratios(colour, black)
+        return replace(self, gleaming=bool((ratios > GLEAMS * _matt(ratios)).any()))
 
     def _ratios(self, colour: tuple[EdgeProfile, EdgeProfile], black: float) -> np.ndarray:
         """Of both sides, as far as they are known."""
@@ -138,6 +134,14 @@ class Beside:
 
 
 NONE = Beside()
+
+
+def _matt(ratios: np.ndarray) -> float:
+    """The mean of those (K,) where no lamp gleams."""
+    if not ratios.size:
+        return LEAST_LIGHT
+    matt = ratios[ratios <= max(GLEAMS * np.quantile(ratios, UNGLOSSED), ratios.min())]
+    return float(max(matt.mean(), LEAST_LIGHT))
 
 
 def _ratio(bright: EdgeProfile, colour: EdgeProfile, black: float) -> np.ndarray:

@@ -46,7 +46,7 @@ class BrightCuts:
         lower = self._profile(1, cuts, rho_px, known)
         if upper is None or lower is None:
             return NONE
-        if self.stored is not None:
+        if self.stored is not None and self.stored.levels[1] > 0.0:  # in units of the ground
             stored, black = self.stored, black_of(cuts)
             light = [surface_light(side, black) for side in shading]
             added = [luma_added(stored, own, self.blur_px) / stored.levels[1] for own in light]

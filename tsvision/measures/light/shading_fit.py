@@ -11,7 +11,7 @@ A limb that no lamp reaches is as dark before a bright ground as before a black 
 ground, then. But most limbs do get light, from the ground not least, and to let them fall below it
 costs what the profiles know of their places. Both are fitted and count by how well they describe
 the profiles, to a power: a limb that does fall below its ground, taken for no darker, draws the
-edge in by up to 3 px and is described two to a hundred times worse.
+edge in by up to 3 px and is described worse, mostly by several times.
 """
 
 from __future__ import annotations
@@ -66,7 +66,6 @@ LAMP_ODDS = 4.0  # that one lamp and a sky light the strings, before the profile
 LAMP_POWER = 0.5  # of the two misfits' ratio: the better description counts a little more
 GROUND_LIGHT = 0.02  # of the core's contrast: a ground no brighter is as good as black
 UNLIT_POWER = 4.0  # of both misfits' ratio: by which limbs may be darker than their ground
-MOST_RATIO = 100.0  # that is told from more
 SHARP_TO = 0.03  # of itself, that the blur of what is beside is told to
 
 
@@ -193,7 +192,7 @@ def _either(light: _Light, unlit: _Light) -> _Light:
     """Of limbs that reach the ground's light and no less, and of such as may fall below it, each by
     how well it describes the profiles; what they differ by is not known."""
     ratio = light.system.misfit(light.q) / max(unlit.system.misfit(unlit.q), 1e-12)
-    odds = min(ratio, MOST_RATIO) ** UNLIT_POWER
+    odds = ratio**UNLIT_POWER
     share = odds / (1.0 + odds)
     off = unlit.q[1:] - light.q[1:]
     between = np.sqrt(share * (1.0 - share)) * abs(float(off.sum()))

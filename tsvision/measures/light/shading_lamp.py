@@ -149,12 +149,11 @@ def _residuals(
     target = np.concatenate([p.value / s for p, s in zip(profiles, sd[:2], strict=True)])
     # ambient, the ground's error, the groove and the ground's slope of each side
     design = np.zeros((target.size, COMMON + 2 * OWN))
-    first = 0
-    loss = limb_loss(black)
+    above, first = [], 0
+    loss, blur_px = limb_loss(black), averaged_blur_px(float(q[0]))
     for side, (p, s) in enumerate(zip(profiles, sd[:2], strict=True)):
         way = 1.0 if side == 0 else -1.0
         t_px = p.t_px - q[1 + side]
-        blur_px = averaged_blur_px(float(q[0]))
         shapes = _shapes(rho_px, blur_px, float(q[3]), side, loss)
         around, lit, aside, gleam = looked_up(shapes, t_px).T
         rows = slice(first, first + t_px.size)
@@ -171,6 +170,9 @@ def _residuals(
         own[:, 4], own[:, 5] = ramps_outside(t_px)
         seen /= s[:, None]
         first += t_px.size
+        if bright:
+            about = q[1 + side], blur_px, black, bright, rho_px
+            above.append(beside.in_colour(side, p, *about) / s[:, None])
     # What both skies give alike is ambient light: without a bound no solution is the best.
     prior = np.zeros((3, design.shape[1]))
     prior[:2, 1:GLEAM] = [[0.5 / UNEVEN_SD, -0.5 / UNEVEN_SD], [1.0, 1.0]]
@@ -178,13 +180,8 @@ def _residuals(
     design = np.vstack([design, ramp_prior(OWN, common=COMMON), prior])
     target = np.concatenate([target, np.zeros(2 * RAMPS + len(prior))])
     if bright:
-        blur_px = averaged_blur_px(float(q[0]))
-        added = []
-        for side, (p, s) in enumerate(zip(profiles, sd[:2], strict=True)):
-            about = q[1 + side], blur_px, black, bright, rho_px
-            added.append(beside.in_colour(side, p, *about) / s[:, None])
-        above = np.vstack(added)
-        design, target = _joined(design, target, above, sd[2:], rho_px, loss, beside, bright, q)
+        known = rho_px, loss, beside, bright, q
+        design, target = _joined(design, target, np.vstack(above), sd[2:], *known)
     light, _ = nnls(design, target, maxiter=MOST_STEPS)
     return np.asarray(design @ light - target)
 

@@ -122,7 +122,7 @@ def luma_in(cuts: list[Cut]) -> StoredLuma | None:
         return None
     found = StoredLuma(*sight.colours, sight.gamma)
     strand, ground = found.levels
-    if min(strand, ground) <= 0.0:
+    if strand <= 0.0:
         return None
     core = ground + float(np.median([cut.core_level for cut in cuts]))
     found = replace(found, strand=max(core, 0.0) / strand * found.strand)
