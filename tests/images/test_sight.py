@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tsvision.images.axis import Ridge, find_channels, unshaded
+from tsvision.images.axis import Ridge, find_channels, find_ridges, relief, unshaded
 from tsvision.images.candidates import (
     Trial,
     are_legs,
@@ -360,6 +360,35 @@ def test_a_bright_spigot_is_not_what_tells_dark_strands(red: float) -> None:
     assert sight is not None
     assert sight.signal.in_colour
     assert off_axis_px(sight) < 1.0
+
+
+def relief_film(lit: float) -> list[np.ndarray]:
+    """Grey strands, brighter than their ground to one side and as much darker to the other."""
+    random = np.random.default_rng(7)
+    rows, columns = np.mgrid[0:HEIGHT_PX, 0:WIDTH_PX].astype(float)
+    pictures = []
+    for turns in np.linspace(5.0, 12.0, 8):
+        picture = np.full((HEIGHT_PX, WIDTH_PX), 0.2)
+        for k in range(2):
+            phase = 2 * np.pi * turns * columns / 480.0 + np.pi * k
+            across = (rows - 135.0 - 4.0 * np.cos(phase)) / 4.0
+            picture += np.where(np.abs(across) < 1.0, lit * across, 0.0)
+        picture = cv2.GaussianBlur(np.clip(picture, 0.0, 1.0), (0, 0), 0.8)
+        code = 255.0 * picture ** (1 / 2.2) + random.normal(0, 1.5, picture.shape)
+        pictures.append(np.clip(np.round(code), 0, 255).astype(np.uint8))
+    return pictures
+
+
+@pytest.mark.parametrize("lit", [0.08, 0.15])
+def test_strands_as_bright_as_their_ground_in_all_are_one_relief(lit: float) -> None:
+    """Lit from the side they are brighter than it on one side and darker on the other: by their
+    lightness the line is one half of them."""
+    film = relief_film(lit)
+    half, whole = find_ridges(film, most=1), find_ridges(film, channels=relief, most=1)
+    assert abs(half[0].centre_px[1] - 135.0) > 4.0
+    assert half[0].width_px < 0.5 * BUNDLE_PX
+    assert abs(whole[0].centre_px[1] - 135.0) < 2.0
+    assert 0.8 * BUNDLE_PX < whole[0].width_px < 1.2 * BUNDLE_PX
 
 
 def test_lines_that_mirror_each_other_about_a_third_are_its_legs() -> None:

@@ -21,6 +21,8 @@ from tsvision.images.shrink import shrunk
 COARSE_PX = 240  # long side of the picture in which lines are sought
 ANGLE_STEP_DEG = 3.0
 DARK = 0.01  # of full light, all channels together: what is darker hardly shows a hue
+LEVELS = 2.55  # of 8 bits, a unit of lightness
+ABOUT_PX = 41  # coarse px: a square of which strings fill less than half
 HALF_WIDTHS = np.array([1, 2, 3, 5, 7, 10, 14], dtype=np.int64)  # coarse px
 
 
@@ -108,6 +110,16 @@ def unshaded(pixels: np.ndarray) -> list[np.ndarray]:
     light = to_linear(small)
     whole = light.sum(axis=2) + DARK
     return [np.ascontiguousarray(100.0 * light[..., c] / whole) for c in (2, 0)]
+
+
+def relief(pixels: np.ndarray) -> list[np.ndarray]:
+    """One coarse channel, as `find_channels` makes them: by how much the lightness differs from
+    that of what lies about. Strands that are brighter than their ground on one side and as much
+    darker on the other are as bright as that together."""
+    lightness = find_channels(pixels)[0]
+    levels = np.clip(np.rint(LEVELS * lightness), 0.0, 255.0).astype(np.uint8)
+    about = cv2.medianBlur(levels, ABOUT_PX).astype(np.float32) / LEVELS
+    return [np.abs(lightness - about)]
 
 
 def _threshold(channel: np.ndarray) -> float:

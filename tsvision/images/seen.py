@@ -13,7 +13,7 @@ import numpy as np
 from tsvision.images.contrast import GROUND_FROM
 from tsvision.images.masks import masks_of
 from tsvision.images.shadow import Shadow
-from tsvision.images.signal import Signal, Way
+from tsvision.images.signal import DISTANCE, Signal, Way
 from tsvision.images.strip import Strip
 from tsvision.images.telling import find_hue, find_signal
 
@@ -63,6 +63,18 @@ def seen_by_hue(strips: list[Strip], width: float) -> Seen:
     # Ground on the axis, between legs, is told from strings by what lies beside it.
     hue, apart = find_hue(strips, 0.5 * width, between=True)
     return Seen(hue, apart, *masks_of(strips, hue, width, rough=False))
+
+
+def is_told(seen: Seen) -> bool:
+    """Whether any strip shows strings, and ground as well: where strands are brighter than it on
+    one side and as much darker on the other, all of a strip is as bright as their core."""
+    return any(0.0 < mask.mean() < 1.0 for mask in seen.masks)
+
+
+def seen_by_any(strips: list[Strip], width: float, between: bool = False) -> Seen:
+    """The strings in some strips by whatever differs from the ground; nobody knows how far."""
+    masks, shadow = masks_of(strips, DISTANCE, width, False, between)
+    return Seen(DISTANCE, float("nan"), masks, shadow)
 
 
 def _may_be_shadowed(seen: Seen) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsvision.images.axis import Ridge, find_ridges, hue_off_ground, unshaded
+from tsvision.images.axis import Ridge, find_ridges, hue_off_ground, relief, unshaded
 from tsvision.images.candidates import (
     AS_MUCH,
     CAST_SHARE,
@@ -35,7 +35,7 @@ from tsvision.images.linear import linear_signal, to_linear
 from tsvision.images.masks import masks_of
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.runs import extent_of, leg_spread
-from tsvision.images.seen import Seen, seen_by_hue, seen_in
+from tsvision.images.seen import Seen, is_told, seen_by_any, seen_by_hue, seen_in
 from tsvision.images.shadow import NO_SHADE, Shade
 from tsvision.images.shrink import shrunk
 from tsvision.images.signal import Signal
@@ -182,9 +182,12 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
         return support
 
     alone = [merit(t) for t in trials]
-    # One picture does not tell the middle of a wide ridge. Cords that bow are followed anyhow.
-    if least_px > 0.0 and max(alone) < HARDLY * SEARCH_PX:
-        trials += [tried(r, beside=True) for r in ridges]
+    # A hue may show but a plate. Cords that bow are followed anyhow.
+    lit = max(own for trial, own in zip(trials, alone, strict=True) if not trial.by_hue)
+    if least_px > 0.0 and lit < HARDLY * SEARCH_PX:
+        reliefs = find_ridges(few, roi_px, widths_px, most=2, channels=relief)
+        # One picture does not tell the middle of a wide ridge.
+        trials += [tried(r, beside=True) for r in [*ridges, *reliefs]]
         alone = [merit(t) for t in trials]
     merits = []
     for trial, own in zip(trials, alone, strict=True):
@@ -287,7 +290,8 @@ def _follow(
     strips = [cut_strip(p, found.axis, (0.0, found.axis.length_px), half) for p in linears]
     if by_hue:
         return found, strips, seen_by_hue(strips, found.width_px)
-    return found, strips, seen_in(strips, found.width_px, False, between)
+    seen = seen_in(strips, found.width_px, False, between)
+    return found, strips, seen if is_told(seen) else seen_by_any(strips, found.width_px, between)
 
 
 def hue_along(sight: Sight, pictures: list[np.ndarray]) -> tuple[Signal, float]:
