@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import cv2
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 
 from tests.images.test_sight import few_turns
 from tsvision.images.frames import open_recording
-from tsvision.measures import late
+from tsvision.measures import alone, late
 from tsvision.measures.late import by_twist, shown_late
 from tsvision.measures.looks import Looks
 from tsvision.measures.recording import Measurer, sample_pictures
@@ -76,3 +77,13 @@ def test_a_film_that_unwinds_is_sampled_from_its_end(tmp_path: Path) -> None:
     recording = open_recording(tmp_path, Rig())
     recording = replace(recording, turns=np.array([9.0, 6.0, 4.0, 1.0]))
     assert [int(p.max()) - 50 for p in sample_pictures(recording, 8)] == [3, 2, 1, 0]
+
+
+def test_a_picture_that_cannot_be_measured_shows_no_bundle(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It ended the program before any frame was measured."""
+
+    def fails(*_: object) -> None:
+        raise np.linalg.LinAlgError("Array must not contain infs or NaNs.")
+
+    monkeypatch.setattr(alone, "measure_frame", fails)
+    assert not alone.is_described(cast(Looks, None), np.zeros((40, 60), np.uint8))

@@ -13,7 +13,7 @@ import numpy as np
 
 from tsvision.flags import Flag, flags_from_text
 from tsvision.measures.frame import Warm, measure_frame
-from tsvision.measures.looks import Looks, learn_looks, sights_of
+from tsvision.measures.looks import UNLEARNABLE, Looks, learn_looks, sights_of
 from tsvision.records import Frame, Rig, Scale
 
 TRIED = 4  # lines
@@ -35,6 +35,9 @@ def explained(picture: np.ndarray, rig: Rig, scale: Scale, likeliest: Looks | No
 
 
 def is_described(looks: Looks, picture: np.ndarray, doubtful: Flag = DOUBTFUL) -> bool:
-    """Whether a helix describes the bundle that a picture shows."""
-    row = measure_frame(Frame(0, "", picture), looks, float("nan"), Warm())[0].row
+    """Whether a helix describes the bundle that a picture shows; no where it cannot be measured."""
+    try:
+        row = measure_frame(Frame(0, "", picture), looks, float("nan"), Warm())[0].row
+    except UNLEARNABLE:
+        return False
     return not flags_from_text(row.flags) & doubtful and bool(np.isfinite(row.pitch_px))

@@ -80,3 +80,17 @@ def test_a_rigid_section_does_not_give(strings: int) -> None:
     found = crowded(edges, rigid, SCALE_PX)
     assert found.diameter_px == pytest.approx(30.0, abs=0.15)
     assert found.p[CROWD] < 0.1
+
+
+def test_a_coil_that_no_edge_lies_near_asks_nothing_of_its_strands() -> None:
+    """What edges are off by is infinite then, and so was the hold on what strands give: learning
+    from such frames ended the program."""
+    section = pair_core(6)
+    p = np.zeros(PARAMETERS)
+    p[RHO] = 15.0 / section.diameter_d
+    p[K], p[PHI], p[RC], p[KC], p[PHIC] = 0.08, 0.4, 8.0, 0.06, 1.0
+    upper, lower = model_edges(p, section, -150.0, 301)
+    edges = Edges(np.arange(301.0), upper + 500.0, lower + 500.0, *np.ones((2, 301)))
+    lost = fit_helix(edges, section, p, FREE_COILED, iterations=0)
+    assert np.isinf(lost.rms_px)
+    assert np.isfinite(crowded(edges, lost, SCALE_PX).p).all()

@@ -23,6 +23,7 @@ TILT_SD = 0.06
 # Edges of neighbouring columns are off together: a fit's own sd counts this many times.
 WIDENED = 3.0
 LEAST_ROOM = 0.01  # of the section, that strands need more for its opening to be asked
+OFF_PX = (1e-3, 1e3)  # that edges may lie off a fit: none do by less, and by more all is lost
 # What edges are off by is known when the fit is free: then again, but so often at most and not once
 # that changes by less.
 FITTED, SETTLED = 2, 0.8
@@ -33,7 +34,7 @@ def held_about(which: int, value: float, sd: float, rms_px: float) -> Hold:
     """Of one parameter that is known so well beforehand, for edges that lie so far off a fit."""
     toward, px2 = np.zeros(PARAMETERS), np.zeros(PARAMETERS)
     toward[which] = value
-    px2[which] = (WIDENED * max(rms_px, 1e-3) / sd) ** 2
+    px2[which] = (WIDENED * float(np.clip(rms_px, *OFF_PX)) / sd) ** 2
     return Hold(toward, px2)
 
 
