@@ -88,16 +88,15 @@ def _by_all(learnt: Learnt, section: Section, half_px: int) -> Learnt:
 
 
 def _by_any(learnt: Learnt, section: Section, half_px: int) -> Learnt:
-    """The same, or where edges are hardly found what any difference from the ground teaches, if it
-    shows them far more often: strands nearly as bright as their ground are brighter than it in
-    their middle and darker at their limbs."""
-    frames = len(learnt.cuts)
-    often = _share_found(learnt.edge, frames)
-    whole = _learnt_by(DISTANCE, learnt, section, half_px) if often < AS_OFTEN else None
-    if whole is None or not _is_matched(whole.edge):
+    """The same, or where it shows hardly an edge what any difference from the ground teaches, if
+    that settles: strands nearly as bright as their ground are brighter than it in their middle and
+    darker at their limbs."""
+    if _is_matched(learnt.edge):
         return learnt
-    shown = often < AS_OFTEN * _share_found(whole.edge, frames)
-    return whole if shown and _is_no_thicker(whole.edge, learnt.edge) else learnt
+    whole = _learnt_by(DISTANCE, learnt, section, half_px)
+    if whole is None or not (_is_matched(whole.edge) and whole.edge.last.moved_px < MISSED_PX):
+        return learnt
+    return whole if _is_no_thicker(whole.edge, learnt.edge) else learnt
 
 
 def _beside_brightness(learnt: Learnt, other: Learnt, section: Section) -> Learnt:
@@ -300,11 +299,6 @@ def _is_no_thicker(edge: EdgeLook, hue: EdgeLook) -> bool:
 def _is_matched(edge: EdgeLook) -> bool:
     """Whether a bundle was fitted, to more edges than one of any width finds of anything."""
     return edge.last.frames > 0 and edge.last.matched > LEAST_MATCHED
-
-
-def _share_found(edge: EdgeLook, frames: int) -> float:
-    """Of all columns of so many frames, those whose edges were found along a bundle."""
-    return edge.last.matched * edge.last.frames / frames
 
 
 def _is_seen(bright: EdgeLook, colour: EdgeLook) -> bool:
