@@ -185,9 +185,10 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
     # A hue may show but a plate. Cords that bow are followed anyhow.
     lit = max(own for trial, own in zip(trials, alone, strict=True) if not trial.by_hue)
     if least_px > 0.0 and lit < HARDLY * SEARCH_PX:
-        reliefs = find_ridges(few, roi_px, widths_px, most=2, channels=relief)
-        # One picture does not tell the middle of a wide ridge.
-        trials += [tried(r, beside=True) for r in [*ridges, *reliefs]]
+        again = find_ridges(few, roi_px, widths_px, most=2, channels=relief)
+        if len(small) == 1:  # one picture does not tell the middle of a wide ridge
+            again += ridges
+        trials += [tried(r, beside=True) for r in again]
         alone = [merit(t) for t in trials]
     merits = []
     for trial, own in zip(trials, alone, strict=True):
