@@ -1,4 +1,4 @@
-"""Which of two hues shows strings beside their own shadow."""
+"""Which signal shows strings: one of two hues, or any difference where brightness shows none."""
 
 from __future__ import annotations
 

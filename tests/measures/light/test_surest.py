@@ -189,8 +189,7 @@ def test_pale_strings_have_no_hue_to_ask(tmp_path: Path) -> None:
 def test_grey_strands_half_brighter_and_half_darker_than_their_ground(
     tmp_path: Path, count: int, look: str, strands: float, ground: float, suffix: str
 ) -> None:
-    """Plain to the eye, and no bundle was found; what was found along others was flagged, or off by
-    two thirds."""
+    """Plain to the eye, and no bundle was found."""
     changes: dict[str, object] = {
         "look.strand_rgb": ((strands,) * 3,),
         "look.ground_rgb": (ground,) * 3,

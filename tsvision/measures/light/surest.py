@@ -81,7 +81,7 @@ def _by_all(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     if whole is None:
         return learnt
     if hardly:
-        shown = _is_matched(whole.edge) and _is_no_thicker(whole.edge, learnt.edge)
+        shown = _shows_at_all(whole.edge, learnt.edge)
     else:
         shown = _shows_better(whole.edge, learnt.edge)
     return whole if shown else learnt
@@ -94,9 +94,9 @@ def _by_any(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     if _is_matched(learnt.edge):
         return learnt
     whole = _learnt_by(DISTANCE, learnt, section, half_px)
-    if whole is None or not (_is_matched(whole.edge) and whole.edge.last.moved_px < MISSED_PX):
+    if whole is None or whole.edge.last.moved_px >= MISSED_PX:
         return learnt
-    return whole if _is_no_thicker(whole.edge, learnt.edge) else learnt
+    return whole if _shows_at_all(whole.edge, learnt.edge) else learnt
 
 
 def _beside_brightness(learnt: Learnt, other: Learnt, section: Section) -> Learnt:
@@ -287,6 +287,12 @@ def _shows_better(whole: EdgeLook, across: EdgeLook) -> bool:
     better = _cost_px2(whole.last, frames) < SURER * _cost_px2(across.last, frames)
     surer = light_sd_px(whole.shading) < light_sd_px(across.shading)
     return better and surer and _is_no_thicker(whole, across)
+
+
+def _shows_at_all(whole: EdgeLook, hardly: EdgeLook) -> bool:
+    """Whether all that strings differ by from their ground shows edges where another signal hardly
+    does, and no shadow along with them."""
+    return _is_matched(whole) and _is_no_thicker(whole, hardly)
 
 
 def _is_no_thicker(edge: EdgeLook, hue: EdgeLook) -> bool:
