@@ -13,6 +13,7 @@ from tsvision.measures.edges.find import _quality
 from tsvision.measures.edges.match import match_edges
 from tsvision.measures.edges.shading import (
     LAMPS_RAD,
+    TEMPLATE_GRID_PX,
     Shading,
     edge_samples,
     inside_at,
@@ -99,6 +100,24 @@ def test_a_dark_limb_is_found_however_much_of_the_lamp_reaches_it(
             values, np.array([edge + 0.3]), 1, replace(shade, undivided=True), np.zeros(1)
         )
         assert not abs(as_one[0] - edge) < 0.3
+
+
+@pytest.mark.parametrize("front", [0.25, 0.5, 2.0, 3.0])
+@pytest.mark.parametrize("off_px", [-0.7, 0.0, 0.7, 1.4])
+def test_a_limb_lit_from_behind_is_found_however_much_of_the_lamp_before_it_reaches_it(
+    front: float, off_px: float
+) -> None:
+    """What shines from behind begins at the limb and fades within a px or two. Measured: up to
+    0.06 px; where what fades counted with the lamp's ramp up to 0.35 px, and on pictures, whose
+    ramps differ more, edges 2.4 px too far out, of one strand's lobes and not of the next's."""
+    behind = np.isclose(LAMPS_RAD, np.deg2rad(135.0)) + 1.3 * np.isclose(LAMPS_RAD, 2.75, atol=0.01)
+    before = np.isclose(LAMPS_RAD, np.deg2rad(-45.0)) + np.isclose(LAMPS_RAD, np.deg2rad(-22.5))
+    shade = Shading(13.0, 0.7, 0.09, 0.3 * before + 0.2 * behind)
+    column = Shading(13.0, 0.7, 0.09, front * 0.3 * before + 0.2 * behind)
+    t_px = 40.3 - np.arange(81.0)
+    values = np.interp(t_px, TEMPLATE_GRID_PX, column.template)[:, None].astype(np.float32)
+    found, _, _ = match_edges(values, np.array([40.3 + off_px]), 1, shade, np.zeros(1), 2.5)
+    assert found[0] == pytest.approx(40.3, abs=0.08)
 
 
 def test_samples_near_an_edge_are_distances_inside_it_and_scaled_values() -> None:

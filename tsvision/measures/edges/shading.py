@@ -43,6 +43,7 @@ TEMPLATE_GRID_PX = np.arange(TEMPLATE_START_PX, 30.0, TEMPLATE_STEP_PX)
 INSIDE = np.clip(0.5 + TEMPLATE_GRID_PX / TEMPLATE_STEP_PX, 0.0, 1.0)
 ASIDE_RAD = 0.5 * np.pi
 LAMPS_RAD = np.deg2rad(np.linspace(-90.0, 180.0, 13))
+BEHIND = LAMPS_RAD > ASIDE_RAD + 1e-6  # what these light begins at the limb and soon fades
 # Blinn's lobe (1977), cos^GLEAM_POWER about halfway between a lamp and the camera, of plastic: half
 # as bright 14 degrees to either side. A power of 10 or 50 moves edges by hardly 0.1 px.
 GLEAM_POWER = 24.0
@@ -118,11 +119,15 @@ class Shading:
     @cached_property
     def step(self) -> np.ndarray:
         """The share (T,) of it that begins at the limb itself, at full height, with what storing
-        adds there: what else there is begins further in, where lamps reach, or fades."""
+        adds there: what else there is begins further in, where lamps reach. What shines from behind
+        fades there: told as a lamp's that reaches more or less of a column, less of it would be
+        taken for an edge farther out."""
         if self.undivided:
             return self.template
         shapes = lamp_shapes(self.rho_px, self.blur_px, self.loss)
-        step = limb_level(self.ambient, self.lamps) * shapes[0] - self._lost
+        front = np.where(BEHIND, 0.0, self.lamps)
+        behind = np.where(BEHIND, self.lamps, 0.0) @ shapes[1:]
+        step = limb_level(self.ambient, front) * shapes[0] + behind - self._lost
         return np.asarray(step if self.added is None else step + self.added)
 
     @property
