@@ -29,6 +29,7 @@ from tsvision.measures.edges.shading import (
     MIRRORED_SD,
     PLACE_RANGE_PX,
     RAMPS,
+    RESOLVED,
     EdgeProfile,
     Shading,
     averaged_blur_px,
@@ -42,7 +43,7 @@ from tsvision.measures.edges.shading import (
 )
 from tsvision.measures.light.beside import NONE, SHARP_PX, Beside
 from tsvision.measures.light.beside import UNKNOWNS as UNKNOWNS_BESIDE
-from tsvision.measures.light.shading_lamp import MOST_STEPS, RESOLVED, fit_lamp
+from tsvision.measures.light.shading_lamp import MOST_STEPS, fit_lamp
 from tsvision.measures.light.shape import UNKNOWN, Shape
 
 # Before anything is seen: so much of the core's light comes from lamps, most of them beside the

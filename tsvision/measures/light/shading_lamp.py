@@ -32,6 +32,7 @@ from tsvision.measures.edges.shading import (
     BLUR_RANGE_PX,
     PLACE_RANGE_PX,
     RAMPS,
+    RESOLVED,
     EdgeProfile,
     averaged_blur_px,
     lamp_shape,
@@ -44,8 +45,7 @@ from tsvision.measures.edges.shading import (
 from tsvision.measures.light.beside import NONE, Beside
 
 GROOVE_FROM = 0.1  # of the radius: how far in the neighbours begin to take light away
-RESOLVED = 3.0  # blurs in a strand's radius: of a thinner one no groove is told from the limb
-GLEAM_RESOLVED = 2.5  # and no gleam, ...
+GLEAM_RESOLVED = 2.5  # blurs in a strand's radius: of a thinner one no gleam is told, ...
 GLEAM_SD = 0.5  # whose brightness, in units of the core's contrast, is so much at most likely
 HEAD_ON_RAD = np.deg2rad(10.0)  # gleam and groove meet on the core: what falls off is the groove
 OPEN_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb and more are dark

@@ -24,6 +24,7 @@ from tsvision.images.sharpness import sharpness_px
 from tsvision.images.sight import cover_along, hue_along, seen_by
 from tsvision.images.signal import DISTANCE, LUMA, Signal, Way
 from tsvision.measures.edges.cut import Cut
+from tsvision.measures.edges.shading import RESOLVED
 from tsvision.measures.helix.silhouette import Section
 from tsvision.measures.helix.uncertainty import light_sd_px, place_sd_px
 from tsvision.measures.light.beside import SHARP_PX
@@ -31,7 +32,6 @@ from tsvision.measures.light.bright import BrightCuts
 from tsvision.measures.light.learnt import Learnt, cut_alike, learn_edges, toned
 from tsvision.measures.light.rounds import EdgeLook, Round, less_sure, next_look
 from tsvision.measures.light.settle import settle
-from tsvision.measures.light.shading_lamp import RESOLVED
 from tsvision.measures.light.stored import colours_in, is_halved, luma_in, stored_in
 from tsvision.measures.light.witness import Witness, heard
 
