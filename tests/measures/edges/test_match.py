@@ -109,7 +109,7 @@ def test_a_limb_lit_from_behind_is_found_however_much_of_the_lamp_before_it_reac
 ) -> None:
     """What shines from behind begins at the limb and fades within a px or two. Measured: up to
     0.06 px; where what fades counted with the lamp's ramp up to 0.35 px, and on pictures, whose
-    ramps differ more, edges 2.4 px too far out, of one strand's lobes and not of the next's."""
+    ramps differ more, further, along one strand's lobes and not along the next's."""
     behind = np.isclose(LAMPS_RAD, np.deg2rad(135.0)) + 1.3 * np.isclose(LAMPS_RAD, 2.75, atol=0.01)
     before = np.isclose(LAMPS_RAD, np.deg2rad(-45.0)) + np.isclose(LAMPS_RAD, np.deg2rad(-22.5))
     shade = Shading(13.0, 0.7, 0.09, 0.3 * before + 0.2 * behind)
