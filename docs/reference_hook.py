@@ -64,6 +64,10 @@ COLUMNS: dict[str, str] = {
     "gamma": "exponent that encodes the picture, given or told by its noise; empty: sRGB",
     "blur_px": "width of the edges' blur (standard deviation)",
     "fit_rms_px": "what the helix fit leaves",
+    "diameter_px_sd_noise": "of diameter_px_sd, by the noise of the edges",
+    "diameter_px_sd_light": "of it, by where the limbs' light ends",
+    "diameter_px_sd_blur": "of it, by what blur hides of the limbs",
+    "diameter_px_sd_section": "of it, by how the strands lie: what coils give way, what is not seen",
     "flags": "why a number may be bad: names joined by `|`",
     # knots
     "track": "number of the knot over all frames",

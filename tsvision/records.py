@@ -223,6 +223,10 @@ class FrameRow:
     gamma: float = NAN
     blur_px: float = NAN
     fit_rms_px: float = NAN
+    diameter_px_sd_noise: float = NAN
+    diameter_px_sd_light: float = NAN
+    diameter_px_sd_blur: float = NAN
+    diameter_px_sd_section: float = NAN
     flags: str = ""
 
 

@@ -80,6 +80,17 @@ def test_without_a_scale_no_millimetre_is_invented(upright: FrameRow) -> None:
     assert np.isfinite([upright.diameter_px, upright.pitch_px, upright.helix_angle_rad]).all()
 
 
+def test_what_makes_a_diameter_unsure_adds_up(upright: FrameRow) -> None:
+    parts = [
+        upright.diameter_px_sd_noise,
+        upright.diameter_px_sd_light,
+        upright.diameter_px_sd_blur,
+        upright.diameter_px_sd_section,
+    ]
+    assert np.linalg.norm(parts) == pytest.approx(upright.diameter_px_sd, rel=1e-9)
+    assert min(parts[:3]) > 0.0
+
+
 def silhouette(dark: bool, phase_rad: float = 0.4, noise_sd: float = 0.004) -> np.ndarray:
     """Flat strands before a flat ground, light 0.1 and 0.7: two tubes of 10 px radius wound about
     each other, which cover what balls along their centre lines cover."""

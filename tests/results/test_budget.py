@@ -36,7 +36,12 @@ def frames() -> pd.DataFrame:
         mm_per_px_sd=0.0,
     )  # fmt: skip
     empty = FrameRow(3, "d")
-    return pd.DataFrame([asdict(row) for row in (scaled, unscaled, more, empty)])
+    told = FrameRow(
+        4, "e", diameter_px=20.0, diameter_px_sd=1.3, diameter_px_sd_noise=0.1,
+        diameter_px_sd_light=0.3, diameter_px_sd_blur=0.3, diameter_px_sd_section=0.9,
+        diameter_mm=0.4, diameter_mm_sd=0.026, mm_per_px=0.02, mm_per_px_sd=0.0,
+    )  # fmt: skip
+    return pd.DataFrame([asdict(row) for row in (scaled, unscaled, more, empty, told)])
 
 
 def part(table: pd.DataFrame, frame: int, quantity: str) -> dict[str, float]:
@@ -60,6 +65,31 @@ def test_parts_add_up_and_a_remainder_is_told() -> None:
         assert rows["share_percent"].sum() == pytest.approx(100)
     third = part(table, 2, "bundle diameter")
     assert third["other"] == pytest.approx(np.sqrt(0.01**2 - 0.006**2))
+
+
+def test_what_in_the_picture_makes_a_diameter_unsure() -> None:
+    table = budget_table(frames())
+    rows = table[table["frame"] == 4]
+    sds = dict(zip(rows["source"], 50.0 * rows["sd"], strict=True))
+    scatter = np.sqrt(1.3**2 - 0.1**2 - 2 * 0.3**2 - 0.9**2)
+    assert sds == pytest.approx(
+        {
+            "picture: noise of the edges": 0.1,
+            "picture: light at the limbs": 0.3,
+            "picture: blur at the limbs": 0.3,
+            "picture: how the strands lie": 0.9,
+            "picture: scatter about the frames beside it": scatter,
+            "scale": 0.0,
+        }
+    )
+    assert rows["share_percent"].sum() == pytest.approx(100)
+
+
+def test_an_older_table_tells_the_picture_as_one() -> None:
+    old = frames().drop(columns=[c for c in frames() if c.startswith("diameter_px_sd_")])
+    assert part(budget_table(old), 0, "bundle diameter") == pytest.approx(
+        {"picture": 0.006, "scale": 0.004}
+    )
 
 
 def test_without_a_scale_in_px_and_without_a_value_nothing() -> None:

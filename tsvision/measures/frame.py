@@ -21,6 +21,7 @@ from tsvision.measures.helix.silhouette import KC, RHO, passing
 from tsvision.measures.helix.uncertainty import (
     angle_sd,
     diameter_sd_px,
+    diameter_sources,
     pitch_sd_px,
     rests_on_shape,
 )
@@ -237,7 +238,8 @@ def _bundle_values(
         ), flags
     fit = near.fit
     (d, pitch, tan_beta), _ = fit.derived
-    d_sd = diameter_sd_px(fit, looks.shading)
+    sources = diameter_sources(fit, looks.shading)
+    d_sd = sources.total_px
     p_sd = pitch_sd_px(fit, looks.shading[0].blur_px)
     beta = float(np.arctan(tan_beta))
     if unsure(fit):
@@ -260,6 +262,10 @@ def _bundle_values(
         "diameter_mm": d * scale,
         "diameter_mm_sd": d_mm_sd,
         "fit_rms_px": fit.rms_px,
+        "diameter_px_sd_noise": sources.noise_px,
+        "diameter_px_sd_light": sources.light_px,
+        "diameter_px_sd_blur": sources.blur_px,
+        "diameter_px_sd_section": sources.section_px,
     }
     if p_sd < NO_TWIST * pitch:
         values |= {
