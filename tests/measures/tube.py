@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from tsvision.measures.edges.shading import (
-    EdgeProfile,
-    inside_px,
-)
+from tsvision.measures.edges.shading import EdgeProfile, Shading, inside_px
+from tsvision.measures.helix.uncertainty import blur_sd_px, light_sd_px
 
 FINE = 0.01
 ROUGH = 1.0 / 3.0  # loss at the limb of a rough string of plastic: what the light's model assumes
@@ -53,3 +51,8 @@ def seen(rho_px: float, profile: np.ndarray, offsets_px: np.ndarray) -> EdgeProf
 
 def offsets_for(rho_px: float) -> np.ndarray:
     return np.arange(-5.0, inside_px(rho_px) + 1e-9, 0.25)
+
+
+def edge_model_sd_px(shading: tuple[Shading, Shading]) -> float:
+    """What is stated of a width for light and blur at both its limbs, px."""
+    return float(np.hypot(light_sd_px(shading), blur_sd_px(shading)))

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.measures.tube import offsets_for, px_tube, seen
+from tests.measures.tube import edge_model_sd_px, offsets_for, px_tube, seen
 from tsvision.measures.edges.shading import TEMPLATE_GRID_PX, averaged_blur_px, mirror_shape
-from tsvision.measures.helix.uncertainty import edge_model_sd_px
 from tsvision.measures.light.beside import Beside
 from tsvision.measures.light.shading_fit import fit_shading
 

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
-from tests.measures.tube import FINE, ROUGH, offsets_for, px_tube, seen
+from tests.measures.tube import FINE, ROUGH, edge_model_sd_px, offsets_for, px_tube, seen
 from tsvision.measures.edges.shading import (
     LAMPS_RAD,
     EdgeProfile,
 )
-from tsvision.measures.helix.uncertainty import edge_model_sd_px
 from tsvision.measures.light.shading_fit import fit_shading
 from tsvision.measures.light.shading_lamp import fit_lamp
 

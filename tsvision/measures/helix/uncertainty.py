@@ -21,11 +21,9 @@ from tsvision.measures.helix.weigh import unsure
 # A mean edge's fit knows its noise and its light's prior, not what both leave out (occlusion,
 # gleam): against path-traced films of known width its errors are this much larger.
 EDGE_MODEL_FACTOR = 1.6
-# What is stated of D, in the sources' own accounts of it, so that its 95 % intervals hold the truth
-# of path-traced films (`score`) and of the own renderer's recordings (`rows`) in 93 to 99 %. What
-# neighbouring columns share reaches over more than half a strand; light, which is weighed against
-# other witnesses by the factor above, is surer once they are heard.
-NOISE_STATED, LIGHT_STATED = 1.5, 0.7
+# What neighbouring columns share reaches over more than half a strand: D's errors say so where blur
+# and light leave little open (path-traced films, `score`).
+NOISE_STATED = 1.5
 # Of the blur: what it hides of the ramp at the limb, both sides together; of a strand thinner than
 # about seven blurs it hides more, as half of the blur over the radius.
 BLUR_SHARE, THIN_SHARE = 0.075, 0.5
@@ -77,8 +75,7 @@ def _widening(fit: HelixFit) -> float:
 
 
 def light_sd_px(shading: tuple[Shading, Shading]) -> float:
-    """Uncertainty of the width that light and shape told together, px, as it counts against other
-    witnesses of it."""
+    """Uncertainty of the width that light and shape told together, px."""
     return float(EDGE_MODEL_FACTOR * np.hypot(shading[0].place_sd_px, shading[1].place_sd_px))
 
 
@@ -132,7 +129,7 @@ def diameter_sources(fit: HelixFit, shading: tuple[Shading, Shading]) -> Diamete
     )
     return DiameterSources(
         noise_px=NOISE_STATED * fit.diameter_px_sd * math.sqrt(_widening(fit)),
-        light_px=LIGHT_STATED * light_sd_px(shading),
+        light_px=light_sd_px(shading),
         blur_px=blur_sd_px(shading),
         section_px=share * fit.diameter_px,
     )
