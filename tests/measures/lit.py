@@ -18,8 +18,10 @@ def lit(
     light: tuple[float, float, float],
     side: int,
     blur_px: float = BLUR_PX,
+    paint: tuple[float, ...] | None = None,
 ) -> np.ndarray:
-    """(R, M) the strands' surface points, the foremost of each pixel, lit from `light`."""
+    """(R, M) the strands' surface points, the foremost of each pixel, lit from `light`; paint: how
+    much of it each strand sends back."""
     section = pair_core(strings)
     z = np.arange(-0.5 * COLUMNS - 30.0, 0.5 * COLUMNS + 30.0, 0.12)
     theta = p[KC] * z + p[PHIC]
@@ -28,8 +30,9 @@ def lit(
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
     normal = np.stack([0.0 * z, -np.cos(theta), -np.sin(theta)], 1)
     binormal = np.cross(tangent, normal)
-    points, normals = [], []
-    for radius, angle in zip(section.radius_d, section.angle_rad, strict=True):
+    points, normals, sent = [], [], []
+    sites = zip(section.radius_d, section.angle_rad, paint or (1.0,) * strings, strict=True)
+    for radius, angle, share in sites:
         psi = (p[K] * z + p[PHI] + angle)[:, None]
         centre = line + 2.0 * p[RHO] * radius * (np.cos(psi) * normal + np.sin(psi) * binormal)
         along = np.gradient(centre, z, axis=0)
@@ -41,6 +44,7 @@ def lit(
             outward = np.cos(turn) * first + np.sin(turn) * second
             points.append(centre + p[RHO] * outward)
             normals.append(outward)
+            sent.append(np.full(len(z), share))
     xyz, n = np.concatenate(points), np.concatenate(normals)
     xyz[:, 2] *= side
     n[:, 2] *= side
@@ -49,7 +53,7 @@ def lit(
     inside = (row >= 0) & (row <= 2 * HALF) & (column >= 0) & (column < COLUMNS)
     order = np.argsort(xyz[inside, 2])
     direction = np.array(light) / np.linalg.norm(light)
-    shade = 0.2 + 0.8 * np.clip(n @ direction, 0.0, None)
+    shade = np.concatenate(sent) * (0.2 + 0.8 * np.clip(n @ direction, 0.0, None))
     picture = np.zeros((2 * HALF + 1, COLUMNS), dtype=np.float32)
     picture[row[inside][order], column[inside][order]] = shade[inside][order]
     return gaussian_filter(picture, blur_px)

@@ -130,3 +130,26 @@ def test_light_tells_strands_whose_lobes_are_levelled() -> None:
         found.append([fit is not None and abs(fit.p[K] / 0.26 - 1.0) < 0.03 for fit in both])
     without, with_light = np.sum(found, axis=0)
     assert without <= 10 and with_light == 12
+
+
+def test_bands_of_two_colours_are_no_relief() -> None:
+    """Of four strands, two bright and two dark, four of twice the pitch explain several times as much
+    light as they do themselves: pitches came out twice as long (`wild 1417`)."""
+    p, section = coil(4), pair_core(4)
+    p[RC] = p[KC] = p[PHIC] = 0.0
+    side_by_side = np.argsort(section.angle_rad % (2.0 * np.pi))
+    paint = np.ones(4)
+    paint[side_by_side[2:]] = 0.1
+    picture = lit(p, 4, LIGHTS["from the side"], 1, paint=tuple(paint))
+    slow = [p.copy() for _ in range(24)]
+    for q, phase in zip(slow, np.linspace(0.0, np.pi, len(slow), endpoint=False), strict=True):
+        q[[K, PHI]] = 0.5 * p[K], phase
+    misled = max(slow, key=lambda q: explained(picture, q, section, BLUR_PX))
+    assert explained(picture, misled, section, BLUR_PX) > 0.4
+    assert explained(picture, p, section, BLUR_PX) < 0.2
+    outline = model_edges(p, section, -0.5 * (COLUMNS - 1), COLUMNS)
+    edges = Edges(np.arange(float(COLUMNS)), *outline, *np.ones((2, COLUMNS)), light=picture)
+    for start in (p, misled):
+        fit = fit_helix(edges, section, start, (RHO, K, PHI), 0.5)
+        assert with_relief(edges, fit).relief > 0.0
+        assert with_relief(replace(edges, painted=True), fit) is fit

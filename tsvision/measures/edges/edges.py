@@ -22,7 +22,7 @@ class Edges:
     blur_px: of the picture the edges were found in (sd), which rounds off what they show of the
     outline along s.
     light: (R, M) what is seen between and beside the edges, rows evenly about n = 0; None where
-    only edges are known.
+    only edges are known. painted: of strands of several colours, whose bands are no relief.
     half_slope: slope of the outline at which a residual along n, squared, counts half of what it
     does where the outline is level; 1 is to count by how far it lies from the edge."""
 
@@ -34,6 +34,7 @@ class Edges:
     trust: tuple[float, float] = (1.0, 1.0)
     blur_px: float = 0.0
     light: np.ndarray | None = None
+    painted: bool = False
     half_slope: float = float("inf")
 
     def window(self, s_low: float, s_high: float) -> Edges:
@@ -49,6 +50,7 @@ class Edges:
             self.trust,
             self.blur_px,
             None if self.light is None else self.light[:, keep],
+            self.painted,
             self.half_slope,
         )
 

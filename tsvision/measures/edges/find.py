@@ -96,7 +96,16 @@ def find_edges(cut: Cut, shading: tuple[Shading, Shading]) -> Edges:
     # Colour is coded in blocks: what smears it along the axis is not what a mean edge shows of it.
     blur_px = 0.0 if cut.in_colour else shading[0].blur_px
     light = cut.light if cut.in_colour or cut.sight.faint_tone < 1.0 else cut.contrast
-    return Edges(cut.s_px, upper, lower, upper_weight, lower_weight, blur_px=blur_px, light=light)
+    return Edges(
+        cut.s_px,
+        upper,
+        lower,
+        upper_weight,
+        lower_weight,
+        blur_px=blur_px,
+        light=light,
+        painted=cut.colours is not None,
+    )
 
 
 def _rising(shading: tuple[Shading, Shading]) -> tuple[Shading, Shading]:

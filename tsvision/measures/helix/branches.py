@@ -40,7 +40,7 @@ def best_branch(edges: Edges, found: HelixFit, band: Band, scale_px: float) -> H
             best = _better(edges, small, best, starts, band.expected, scale_px)
         if best is before:
             break
-    if not believed(best) and edges.light is not None:
+    if not believed(best) and edges.light is not None and not edges.painted:
         starts = _by_light(edges, best, band)
         best = _better(edges, small, best, starts, band.expected, scale_px)
     return best
