@@ -133,8 +133,8 @@ def test_light_tells_strands_whose_lobes_are_levelled() -> None:
 
 
 def test_bands_of_two_colours_are_no_relief() -> None:
-    """Of four strands, two bright and two dark, four of twice the pitch explain several times as much
-    light as they do themselves: pitches came out twice as long (`wild 1417`)."""
+    """Of four strands, two bright and two dark, four of twice the pitch explain several times as
+    much light as they do themselves: pitches came out twice as long (`wild 1417`)."""
     p, section = coil(4), pair_core(4)
     p[RC] = p[KC] = p[PHIC] = 0.0
     side_by_side = np.argsort(section.angle_rad % (2.0 * np.pi))
