@@ -21,12 +21,9 @@ from tsvision.measures.helix.weigh import unsure
 # A mean edge's fit knows its noise and its light's prior, not what both leave out (occlusion,
 # gleam): against path-traced films of known width its errors are this much larger.
 EDGE_MODEL_FACTOR = 1.6
-# What neighbouring columns share reaches over more than half a strand: D's errors say so where blur
-# and light leave little open (path-traced films, `score`).
-NOISE_STATED = 1.5
 # Of the blur: what it hides of the ramp at the limb, both sides together; of a strand thinner than
-# about seven blurs it hides more, as half of the blur over the radius.
-BLUR_SHARE, THIN_SHARE = 0.075, 0.5
+# about seven blurs it hides more, as the blur over the radius.
+BLUR_SHARE = 0.15
 CORRELATION_SHARE = 0.5  # residuals stay alike over about half a strand diameter
 # In a bend strands that touch give way: by how much is fitted, to first order, and of four not
 # asked. What is left leads more than two strands astray by such shares (own renderer, whose strands
@@ -87,7 +84,7 @@ def place_sd_px(width_sd_px: float) -> float:
 def blur_sd_px(shading: tuple[Shading, Shading]) -> float:
     """What blur hides of the limbs, both sides together, px."""
     blur = shading[0].blur_px
-    return max(BLUR_SHARE, THIN_SHARE * blur / max(shading[0].rho_px, 1.0)) * blur
+    return max(BLUR_SHARE, blur / max(shading[0].rho_px, 1.0)) * blur
 
 
 def limb_unseen(shading: tuple[Shading, Shading]) -> bool:
@@ -128,7 +125,7 @@ def diameter_sources(fit: HelixFit, shading: tuple[Shading, Shading]) -> Diamete
         HALF_UNSEEN_DIAMETER * _sides_unseen(fit),
     )
     return DiameterSources(
-        noise_px=NOISE_STATED * fit.diameter_px_sd * math.sqrt(_widening(fit)),
+        noise_px=fit.diameter_px_sd * math.sqrt(_widening(fit)),
         light_px=light_sd_px(shading),
         blur_px=blur_sd_px(shading),
         section_px=share * fit.diameter_px,
