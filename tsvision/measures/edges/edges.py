@@ -60,6 +60,11 @@ class Edges:
         return replace(self, upper_weight=upper, lower_weight=lower)
 
     @property
+    def relief_light(self) -> np.ndarray | None:
+        """The light whose ridges are the strands' relief; None where none shows it."""
+        return None if self.painted else self.light
+
+    @property
     def both_seen(self) -> np.ndarray:
         """Columns (M,) bool in which both edges were found."""
         return np.minimum(self.upper_weight, self.lower_weight) > SEEN

@@ -40,8 +40,9 @@ def best_branch(edges: Edges, found: HelixFit, band: Band, scale_px: float) -> H
             best = _better(edges, small, best, starts, band.expected, scale_px)
         if best is before:
             break
-    if not believed(best) and edges.light is not None and not edges.painted:
-        starts = _by_light(edges, best, band)
+    light = edges.relief_light
+    if light is not None and not believed(best):
+        starts = _by_light(edges, light, best, band)
         best = _better(edges, small, best, starts, band.expected, scale_px)
     return best
 
@@ -77,14 +78,13 @@ def _lobes_off(fit: HelixFit, more: int) -> list[np.ndarray]:
     return [_turned(fit, rate, phase) for phase in _phases(fit)]
 
 
-def _by_light(edges: Edges, fit: HelixFit, band: Band) -> list[np.ndarray]:
+def _by_light(edges: Edges, light: np.ndarray, fit: HelixFit, band: Band) -> list[np.ndarray]:
     """Starts about the coil of `fit` at those rates and phases that explain most of the light."""
-    assert edges.light is not None
     half = 0.5 * float(edges.s_px[-1] - edges.s_px[0])
     count = int(np.clip((band.high - band.low) * half / SCAN_STEP_RAD, 3, 80)) + 1
     rates = np.linspace(band.low, band.high, count)
     phases = _phases(fit)
-    shares = scan_relief(edges.light, fit.p, fit.section, rates, phases)
+    shares = scan_relief(light, fit.p, fit.section, rates, phases)
     most = np.argsort(-shares.max(axis=1))[:PEAKS]
     return [_turned(fit, rates[i], phases[int(np.argmax(shares[i]))]) for i in most]
 

@@ -154,9 +154,10 @@ def with_relief(edges: Edges, fit: HelixFit) -> HelixFit:
     """The fit with what it explains of the light inside `edges`, those that it was made of. Bands
     of several colours are no relief: of four strands, two of either colour, strands of twice the
     pitch explain more than they do themselves."""
-    if edges.light is None or edges.painted:
+    light = edges.relief_light
+    if light is None:
         return fit
-    return replace(fit, relief=explained(edges.light, fit.p, fit.section, edges.blur_px))
+    return replace(fit, relief=explained(light, fit.p, fit.section, edges.blur_px))
 
 
 def descend(
