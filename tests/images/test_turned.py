@@ -63,3 +63,18 @@ def test_a_slanting_axis_is_left_to_others() -> None:
     slanting = np.array([1.0, 1.1 * STEEPEST])
     slanting /= np.linalg.norm(slanting)
     assert turned(np.ones((60, 60), np.float32), np.zeros(2), slanting, 10, 5) is None
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.003, 0.1, -0.15, 1.5, -1.6, 3.1])
+def test_codes_become_light_on_the_way(angle: float) -> None:
+    """Of 8-bit codes as of their light, to the last bit, at the picture's borders, too."""
+    random = np.random.default_rng(1)
+    codes = random.integers(0, 256, (240, 241), dtype=np.uint8)
+    light = np.linspace(0.0, 1.0, 256, dtype=np.float32) ** 2
+    u = np.array([np.cos(angle), np.sin(angle)])
+    origin = np.array([120.3, 125.6]) - 110.0 * u
+    codes = np.ascontiguousarray(codes[:, ::-1])[:, :230]  # part of a picture
+    found = turned(codes, origin, u, 2 * COUNT, HALF, light)
+    assert found is not None
+    np.testing.assert_array_equal(found, turned(light[codes], origin, u, 2 * COUNT, HALF))
+    assert np.isfinite(found).any() and np.isnan(found).any()

@@ -62,6 +62,21 @@ def project(linear: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return cv2.transform(linear, row).reshape(linear.shape[:2])
 
 
+def light_of_codes(gamma: float) -> np.ndarray:
+    """What 8-bit codes stand for (256,), float32; gamma as `to_linear` takes it."""
+    return _decode_table(256, gamma)
+
+
+def grey_codes(pixels: np.ndarray, weights: np.ndarray) -> np.ndarray | None:
+    """The one 8-bit code a pixel (H, W) that `linear_signal` is the light of; None where it is not
+    that of one."""
+    if pixels.dtype != np.uint8:
+        return None
+    if pixels.ndim == 3 and np.array_equal(weights, LUMA_BGR):
+        return to_luma(np.ascontiguousarray(pixels))
+    return pixels if pixels.ndim == 2 else None
+
+
 def linear_signal(
     pixels: np.ndarray, weights: np.ndarray, gamma: float = float("nan")
 ) -> np.ndarray:
@@ -69,6 +84,9 @@ def linear_signal(
     anew from channels it would have the edges of chroma, which JPEG and video store at half the
     resolution. Of 8-bit colour without the picture in between: three numbers a pixel take longer to
     write and to read again than to look up."""
+    codes = grey_codes(pixels, weights)
+    if codes is not None:
+        return np.asarray(cv2.LUT(np.ascontiguousarray(codes), light_of_codes(gamma)))
     if pixels.ndim == 3 and np.array_equal(weights, LUMA_BGR):
         pixels = to_luma(np.ascontiguousarray(pixels))
     if pixels.ndim == 2 or pixels.dtype != np.uint8:

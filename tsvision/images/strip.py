@@ -93,9 +93,14 @@ class Strip:
 
 
 def cut_strip(
-    picture: np.ndarray, axis: Axis, s_range_px: tuple[float, float], half_px: int
+    picture: np.ndarray,
+    axis: Axis,
+    s_range_px: tuple[float, float],
+    half_px: int,
+    light: np.ndarray | None = None,
 ) -> Strip:
-    """Cubic-interpolated strip of a float32 picture, (H, W) or (H, W, C), 1 px a sample.
+    """Cubic-interpolated strip of a float32 picture, (H, W) or (H, W, C), 1 px a sample; or of a
+    grey one of codes, uint8, that stand for `light` (256,).
 
     n is measured along (-u_y, u_x) with u the axis direction. Points outside the picture are NaN.
     """
@@ -105,8 +110,12 @@ def cut_strip(
     if axis.is_straight:
         origin = axis.at(np.array(s0))
         u = axis.tangent(np.array(s0))
-        if picture.ndim == 2 and (level := turned(picture, origin, u, count, half_px)) is not None:
-            return Strip(level, s0, half_px)
+        if picture.ndim == 2:
+            level = turned(picture, origin, u, count, half_px, light)
+            if level is not None:
+                return Strip(level, s0, half_px)
+        if light is not None:
+            picture = cv2.LUT(np.ascontiguousarray(picture), light)
         normal = np.array([-u[1], u[0]])
         corner = origin - half_px * normal
         matrix = np.array([[u[0], normal[0], corner[0]], [u[1], normal[1], corner[1]]])
@@ -119,6 +128,8 @@ def cut_strip(
             borderValue=(np.nan,) * 4,
         )
         return Strip(values, s0, half_px)
+    if light is not None:
+        picture = cv2.LUT(np.ascontiguousarray(picture), light)
     centre, tangent = axis.at(s), axis.tangent(s)
     n = np.arange(-half_px, half_px + 1, dtype=float)[:, None]
     map_x = (centre[:, 0] - n * tangent[:, 1]).astype(np.float32)

@@ -18,25 +18,28 @@ SHARP = np.float32(-0.75)  # of the cubic, as of OpenCV's
 
 
 def turned(
-    picture: np.ndarray, origin_px: np.ndarray, along: np.ndarray, count: int, half: int
+    picture: np.ndarray,
+    origin_px: np.ndarray,
+    along: np.ndarray,
+    count: int,
+    half: int,
+    light: np.ndarray | None = None,
 ) -> np.ndarray | None:
-    """(2 half + 1, count) float32 of a float32 picture (H, W): columns `along` (unit vector) from
-    `origin_px` (x, y) on, rows from -half to half along (-along_y, along_x); NaN where a sample
-    needed lies outside. None where the axis runs too far off rows and columns."""
+    """(2 half + 1, count) float32 of a float32 picture (H, W), or of one of codes, uint8, that
+    stand for `light` (256,) float32: columns `along` (unit vector) from `origin_px` (x, y) on, rows
+    from -half to half along (-along_y, along_x); NaN where a sample needed lies outside. None where
+    the axis runs too far off rows and columns."""
     if min(abs(along)) > STEEPEST * max(abs(along)):
         return None
     picture, (x, y), (c, s) = _levelled(picture, origin_px, along)
     # Rows of the strip cut every column of the picture: first along the columns, ...
     first, width = y - x * (s / c) - half / c, picture.shape[1]
-    by_row: np.ndarray
+    by_row = np.empty((2 * half + 1, width), np.float32)
     if abs(s / c) < LEVEL:
-        by_row = np.empty((2 * half + 1, width), np.float32)
-        _sloping(picture, first, 1.0 / c, s / c, by_row)
+        linear = picture if light is None else cv2.LUT(np.ascontiguousarray(picture), light)
+        _sloping(linear, first, 1.0 / c, s / c, by_row)
     else:
-        by_column = np.empty((width, 2 * half + 1), np.float32)
-        begins = first + np.arange(width) * (s / c)
-        _resampled(cv2.transpose(picture), begins, 1.0 / c, by_column)
-        by_row = cv2.transpose(by_column)
+        _by_columns(picture, light, first, 1.0 / c, s / c, by_row)
     # ... then along the rows.
     out = np.empty((2 * half + 1, count), np.float32)
     _resampled(by_row, x - np.arange(-half, half + 1) * s, c, out)
@@ -101,29 +104,58 @@ def _sloping(picture, first, apart, slope, out):  # pragma: no cover - compiled
 
 
 @numba.njit(cache=True, error_model="numpy")
+def _by_columns(picture, light, first, apart, slope, out):  # pragma: no cover - compiled
+    """A picture (H, W), of codes where there is `light` that they stand for, along the same lines
+    one column after the other, which as many rows of a cache hold; into out (R, W)."""
+    height, width = picture.shape
+    lines = out.shape[0]
+    column, done = np.empty(int((lines - 1) * apart) + 6, np.float32), np.empty(lines, np.float32)
+    for c in range(width):
+        place = first + c * slope
+        above = int(np.floor(place)) - 1
+        inside = above >= 0 and above + column.size <= height
+        for k in range(column.size):
+            r = above + k
+            if not inside and not 0 <= r < height:
+                column[k] = np.nan
+            elif light is None:
+                column[k] = picture[r, c]
+            else:
+                column[k] = light[picture[r, c]]
+        _line(column, place - above, apart, done)
+        for r in range(lines):
+            out[r, c] = done[r]
+
+
+@numba.njit(cache=True, error_model="numpy")
 def _resampled(lines, first, step, out):  # pragma: no cover - compiled
     """Every line (R, M) at first, first + step, ... (R,), into out (R, K); NaN beyond its ends."""
-    last, count = lines.shape[1] - 2, out.shape[1]
-    drift = np.float32(step - 1.0)
     for r in range(lines.shape[0]):
-        line, row = lines[r], out[r]
-        k = 0
-        while k < count:
-            # As long as whole px and samples keep step, samples lie side by side.
-            off = int(np.floor(first[r] + k * step)) - k
-            end = count
-            if step > 1.0:
-                end = int(min(np.ceil((off + 1 - first[r]) / (step - 1.0)), count))
-            elif step < 1.0:
-                end = int(min(np.floor((first[r] - off) / (1.0 - step)) + 1, count))
-            end = max(end, k + 1)
-            low, high = max(k, 1 - off), min(end, last - off)
-            row[k : min(low, end)] = np.nan
-            row[max(high, k) : end] = np.nan
-            if low < high:
-                at = low + off
-                before, here = line[at - 1 : high + off - 1], line[at : high + off]
-                after, beyond = line[at + 1 : high + off + 1], line[at + 2 : high + off + 2]
-                part, begun = row[low:high], np.float32(first[r] + low * step - at)
-                _between(before, here, after, beyond, begun, drift, part)
-            k = end
+        _line(lines[r], first[r], step, out[r])
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _line(line, first, step, out):  # pragma: no cover - compiled
+    """A line (M,) at first, first + step, ..., into out (K,); NaN beyond its ends."""
+    last, count = line.size - 2, out.size
+    drift = np.float32(step - 1.0)
+    k = 0
+    while k < count:
+        # As long as whole px and samples keep step, samples lie side by side.
+        off = int(np.floor(first + k * step)) - k
+        end = count
+        if step > 1.0:
+            end = int(min(np.ceil((off + 1 - first) / (step - 1.0)), count))
+        elif step < 1.0:
+            end = int(min(np.floor((first - off) / (1.0 - step)) + 1, count))
+        end = max(end, k + 1)
+        low, high = max(k, 1 - off), min(end, last - off)
+        out[k : min(low, end)] = np.nan
+        out[max(high, k) : end] = np.nan
+        if low < high:
+            at = low + off
+            before, here = line[at - 1 : high + off - 1], line[at : high + off]
+            after, beyond = line[at + 1 : high + off + 1], line[at + 2 : high + off + 2]
+            part, begun = out[low:high], np.float32(first + low * step - at)
+            _between(before, here, after, beyond, begun, drift, part)
+        k = end

@@ -11,14 +11,8 @@ from tests.measures.tube import tube
 from tsvision.measures.edges import match
 from tsvision.measures.edges.find import _quality
 from tsvision.measures.edges.match import match_edges
-from tsvision.measures.edges.shading import (
-    LAMPS_RAD,
-    TEMPLATE_GRID_PX,
-    Shading,
-    edge_samples,
-    inside_at,
-    mean_profile,
-)
+from tsvision.measures.edges.mean_edge import edge_samples, mean_profile
+from tsvision.measures.edges.shading import LAMPS_RAD, TEMPLATE_GRID_PX, Shading, inside_at
 
 
 @pytest.mark.parametrize("edge", [20.0, 20.3, 20.5, 20.8])

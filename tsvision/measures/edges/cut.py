@@ -10,12 +10,18 @@ import numpy as np
 
 from tsvision.images.contrast import STANDS_OUT, black_contrast, noise_of, raw_contrast
 from tsvision.images.ground import nan_median
-from tsvision.images.linear import linear_signal, project, to_linear
+from tsvision.images.linear import (
+    grey_codes,
+    light_of_codes,
+    linear_signal,
+    project,
+    to_linear,
+)
 from tsvision.images.masks import MASK_LEVEL, mask_level, quiet
 from tsvision.images.percentiles import median, percentile
 from tsvision.images.shadow import NO_SHADE
 from tsvision.images.sight import Sight
-from tsvision.images.strip import Axis, cut_strip
+from tsvision.images.strip import Axis, Strip, cut_strip
 from tsvision.measures.edges.dim import dim_edges, sunk_edges
 from tsvision.measures.edges.falloff import falloff_along
 from tsvision.measures.edges.strands import Silhouette, outline
@@ -27,6 +33,7 @@ LEAST_LIGHT = 0.02  # of full light: what the ground's is taken for at least
 FULL = 0.985  # of the highest code, for coding adds to it: there the sensor is full
 BURNT_COLUMNS, BURNT_ROWS = 64, np.linspace(-0.3, 0.3, 5)  # looked at; across, in widths
 BURNT_OUT = 0.2  # of a bundle's core, from which on its edges are those of a burnt-out one
+NEEDED_PX = 3  # beside a strip, by what interpolates it
 GROUND_STEP = 8  # columns apart that tell the ground's light
 BLACK_STEP = 8  # columns apart that are asked what strands without light would show
 
@@ -87,8 +94,7 @@ class Cut:
 def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) -> Cut | None:
     """Straighten one picture and outline its strings; None when there is no contrast."""
     low, high = sight.start_px - 2.0, sight.end_px + 2.0
-    linear, axis = crop(pixels, sight, low, high, half_px)
-    strip = cut_strip(linear, axis, (low, high), half_px)
+    strip = strip_of(pixels, sight, (low, high), half_px)
     inner = GROUND_FROM * sight.width_px
     contrast = raw_contrast(strip.values, sight.signal, inner)
     light = project(strip.values, np.abs(sight.signal.weights))
@@ -209,23 +215,31 @@ def _scale(contrast: np.ndarray, level: np.ndarray) -> None:  # pragma: no cover
             contrast[r, c] = 0.0 if np.isnan(value) else value
 
 
-def crop(
-    pixels: np.ndarray, sight: Sight, low: float, high: float, half: int
-) -> tuple[np.ndarray, Axis]:
-    """Linear light of only the part of the picture that the strip touches; the signal alone,
-    (H, W), where that is a sum of light: one channel is straightened in a third of the time."""
-    axis = sight.axis
-    s = np.linspace(low, high, 2 if axis.is_straight else 64)
+def strip_of(
+    pixels: np.ndarray, sight: Sight, s_range_px: tuple[float, float], half_px: int
+) -> Strip:
+    """The strip in linear light, of only the part of the picture that it touches: of the signal
+    alone, (R, M), where that is a sum of light, for one channel is straightened in a third of the
+    time; and of 8-bit codes as they are, which become light on the way."""
+    axis, signal = sight.axis, sight.signal
+    first, last = s_range_px
+    s = np.linspace(first - NEEDED_PX, last + NEEDED_PX, 2 if axis.is_straight else 64)
     centre, t = axis.at(s), axis.tangent(s)
     normal = np.stack([-t[:, 1], t[:, 0]], 1)
-    corners = np.concatenate([centre - (half + 3) * normal, centre + (half + 3) * normal])
+    reach = half_px + NEEDED_PX
+    corners = np.concatenate([centre - reach * normal, centre + reach * normal])
     x0, y0 = np.maximum(np.floor(corners.min(0)).astype(int), 0)
     x1, y1 = np.ceil(corners.max(0)).astype(int) + 1
     part = pixels[y0:y1, x0:x1]
     if part.size == 0:
         part, x0, y0 = pixels, 0, 0
     moved = Axis(axis.points_px - np.array([x0, y0], dtype=float), axis.arc_px)
-    signal = sight.signal
-    if not signal.by_distance and np.all(signal.weights >= 0.0):
-        return linear_signal(part, signal.weights, sight.gamma), moved
-    return to_linear(np.ascontiguousarray(part), sight.gamma), moved
+    summed = not signal.by_distance and np.all(signal.weights >= 0.0)
+    codes = grey_codes(part, signal.weights) if summed else None
+    if codes is not None:
+        return cut_strip(codes, moved, s_range_px, half_px, light_of_codes(sight.gamma))
+    if summed:
+        linear = linear_signal(part, signal.weights, sight.gamma)
+    else:
+        linear = to_linear(np.ascontiguousarray(part), sight.gamma)
+    return cut_strip(linear, moved, s_range_px, half_px)

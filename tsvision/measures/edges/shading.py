@@ -41,6 +41,7 @@ TEMPLATE_STEP_PX = 0.05
 TEMPLATE_GRID_PX = np.arange(TEMPLATE_START_PX, 30.0, TEMPLATE_STEP_PX)
 # A strand's share of each sample: half of that on the edge, else every edge lies half a step off.
 INSIDE = np.clip(0.5 + TEMPLATE_GRID_PX / TEMPLATE_STEP_PX, 0.0, 1.0)
+TRUNCATED = 5.0  # sds of a blur: nearer, a profile jumps as one more sample counts
 ASIDE_RAD = 0.5 * np.pi
 LAMPS_RAD = np.deg2rad(np.linspace(-90.0, 180.0, 13))
 BEHIND = LAMPS_RAD > ASIDE_RAD + 1e-6  # what these light begins at the limb and soon fades
@@ -49,10 +50,6 @@ RESOLVED = 3.0  # blurs in a strand's radius: of a thinner one no groove is told
 # as bright 14 degrees to either side. A power of 10 or 50 moves edges by hardly 0.1 px.
 GLEAM_POWER = 24.0
 GLEAMS_RAD = np.deg2rad([10.0, 25.0, 40.0])  # from the camera, side by side as they are wide
-BIN_PX = 0.25
-BINS_A_PX = 4
-FEWEST_IN_BIN, FEWEST_IN_PX = 2, 16  # samples
-FEWEST_MEANS = 8
 AVERAGED_SD_PX = 12.0**-0.5  # of a mean over one px
 BLUR_RANGE_PX = (0.35, 6.0)
 PLACE_RANGE_PX = (-4.5, 2.5)  # of the true edge on a profile's axis: < 0 outside the edge assumed
@@ -207,7 +204,7 @@ def surface_contrast(shading: Shading) -> np.ndarray:
 
 def _seen(shapes: np.ndarray, blur_px: float) -> np.ndarray:
     """Profiles (K, T) on the template's grid as a camera sees them."""
-    return np.asarray(blurred(shapes, max(blur_px, 0.2) / TEMPLATE_STEP_PX, truncate=3.5))
+    return np.asarray(blurred(shapes, max(blur_px, 0.2) / TEMPLATE_STEP_PX, truncate=TRUNCATED))
 
 
 @lru_cache(maxsize=8)
@@ -289,76 +286,6 @@ def inside_at(shading: Shading, level: float) -> float:
     < 0, for low ones; 0 where it never does."""
     reached = shading.template >= level
     return float(TEMPLATE_GRID_PX[np.argmax(reached)]) if reached.any() else 0.0
-
-
-def edge_samples(
-    contrast: np.ndarray,
-    edge_row: np.ndarray,
-    slope: np.ndarray,
-    outward: int,
-    inside: float,
-    unscaled: bool = False,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Every pixel near an edge: its distance inside the edge (K,) and its signal (K,), each column
-    without its ground and scaled to the columns' median depth, or `unscaled` where the signal so
-    far inside tells no column's depth: of limbs darker than their ground, or as bright as that.
-
-    contrast (R, M); edge_row, slope (M,). Nothing is interpolated, which would add to the blur.
-    """
-    rows = np.arange(contrast.shape[0])[:, None]
-    t = outward * (edge_row - rows) / np.sqrt(1.0 + slope**2)
-    far, deep = (t < -3.5) & (t > -OUTSIDE_PX - 2.0), (t > 0.4 * inside) & (t < inside)
-    near = (t >= -OUTSIDE_PX) & (t < inside)
-    enough = (far.sum(0) >= 2) & (deep.sum(0) >= 1) & ~np.isnan(np.where(near, contrast, 0)).any(0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        ground = np.where(far, contrast, 0.0).sum(0) / far.sum(0)
-        depth = np.where(deep, contrast, 0.0).sum(0) / deep.sum(0) - ground
-    if not enough.any():
-        return np.empty(0), np.empty(0)
-    if unscaled:
-        near = near & enough
-        return t[near], (contrast - ground)[near]
-    typical = float(np.median(depth[enough]))
-    good = enough & (depth > 0.4 * typical) if typical > 0 else np.zeros_like(enough)
-    t, near = t[:, good], near[:, good]
-    value = (contrast[:, good] - ground[good]) / depth[good] * typical
-    return t[near], value[near]
-
-
-def mean_profile(t_px: np.ndarray, value: np.ndarray) -> EdgeProfile | None:
-    """Mean over every px of trimmed means of samples in bins of a quarter px; None with few of
-    them.
-
-    A column has a sample in every fourth bin: along edges that run with the rows, what the columns
-    of one sub-pixel phase differ in from those of another repeats from px to px, ten times what the
-    light leaves unexplained. A whole px holds every column once, wherever it lies.
-    """
-    if t_px.size == 0:
-        return None
-    order = np.lexsort((value, np.floor(t_px / BIN_PX)))
-    t, v = t_px[order], value[order]
-    bins = np.floor(t / BIN_PX)
-    starts = np.flatnonzero(np.diff(bins, prepend=-np.inf))
-    ends = np.append(starts[1:], t.size)
-    found = []
-    for a, b in zip(starts, ends, strict=True):
-        if b - a < FEWEST_IN_BIN:
-            continue
-        cut = (b - a) // 10
-        kept = v[a + cut : b - cut]
-        found.append((bins[a], b - a, t[a:b].mean(), kept.mean(), v[a:b].var() / (b - a)))
-    if not found:
-        return None
-    number, count, place, mean, variance = np.array(found).T
-    means = []
-    for first in range(len(number)):
-        px = slice(first, int(np.searchsorted(number, number[first] + BINS_A_PX)))
-        if number[-1] - number[first] < BINS_A_PX - 1 or count[px].sum() < FEWEST_IN_PX:
-            continue
-        # Neighbouring means share all bins but one: each has the sd of one bin, so that together
-        # they count as often as their bins do.
-        means.append((place[px].mean(), mean[px].mean(), np.sqrt(variance[px].mean())))
-    return EdgeProfile(*np.array(means).T) if len(means) >= FEWEST_MEANS else None
 
 
 def averaged_blur_px(blur_px: float) -> float:

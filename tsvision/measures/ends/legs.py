@@ -18,8 +18,7 @@ from scipy.optimize import least_squares
 from tsvision.images.contrast import raw_contrast
 from tsvision.images.percentiles import median, row_medians
 from tsvision.images.sight import Sight
-from tsvision.images.strip import cut_strip
-from tsvision.measures.edges.cut import Cut, crop
+from tsvision.measures.edges.cut import Cut, strip_of
 
 NEAR = 0.3  # of S/2: how far from the straight line hole - apex a leg is looked for
 FREE = 0.35  # of the way from apex to plate next to the apex is left out: the legs touch there
@@ -148,8 +147,7 @@ def legs_of(
     if most is not None:
         low = max(low, high - most)
     half = int(1.3 * half_gap) + 4
-    linear, axis = crop(picture, sight, low - 3.0, high + 3.0, half)
-    strip = cut_strip(linear, axis, (low, high), half)
+    strip = strip_of(picture, sight, (low, high), half)
     contrast = raw_contrast(strip.values, sight.signal, 0.0)
     if np.isnan(contrast).any():  # beyond the view
         return None

@@ -7,22 +7,24 @@ limb for the edge, or the edge for the ramp: 6 px of shake moved D by 2 px.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from tsvision.measures.edges.cut import Cut
 from tsvision.measures.edges.shading import (
-    TEMPLATE_GRID_PX,
     TEMPLATE_STEP_PX,
+    TRUNCATED,
     EdgeProfile,
     Shading,
     averaged_blur_px,
+    looked_up,
 )
 from tsvision.measures.helix.bundle import BundleFit
 from tsvision.measures.helix.silhouette import model_edges
 from tsvision.measures.light.profiles import edge_profiles
+from tsvision.measures.light.separable import changes, fit_separable, projected
 from tsvision.measures.numeric.smoothing import blurred
 
 SHARPEST_PX, MOST_BLURRED_PX = 0.35, 6.0
@@ -60,33 +62,54 @@ def frame_blur_px(cut: Cut, found: BundleFit, shading: tuple[Shading, Shading]) 
 
 def blur_of(profiles: tuple[EdgeProfile, EdgeProfile], shading: tuple[Shading, Shading]) -> float:
     """Blur (px) that both mean profiles share; depth, ground and place of each are free."""
-    sharpest = np.stack([s.template for s in with_blur(shading, SHARPEST_PX)])
-
-    def residuals(q: np.ndarray) -> np.ndarray:
-        blur_px = averaged_blur_px(q[0])
-        sd = np.sqrt(max(blur_px**2 - SHARPEST_PX**2, 1e-6)) / TEMPLATE_STEP_PX
-        out = []
-        for p, template, place in zip(
-            profiles, blurred(sharpest, sd, truncate=3.5), q[1:], strict=True
-        ):
-            seen = np.interp(p.t_px - place, TEMPLATE_GRID_PX, template)
-            design = np.stack([seen, np.ones_like(seen)], axis=1)
-            found = np.linalg.lstsq(design, p.value, rcond=None)[0]
-            out.append(design @ found - p.value)
-        return np.concatenate(out)
-
+    seen = _Seen(profiles, np.stack([s.template for s in with_blur(shading, SHARPEST_PX)]))
     start = float(np.clip(shading[0].blur_px, SHARPEST_PX + 0.05, MOST_BLURRED_PX - 0.05))
-    fit = least_squares(
-        residuals,
+    places = (-FURTHEST_PX, FURTHEST_PX)
+    fit = fit_separable(
+        seen.residuals,
+        seen.slopes,
         np.array([start, 0.0, 0.0]),
-        bounds=(
-            [SHARPEST_PX, -FURTHEST_PX, -FURTHEST_PX],
-            [MOST_BLURRED_PX, FURTHEST_PX, FURTHEST_PX],
-        ),
-        diff_step=1e-3,
+        [(SHARPEST_PX, MOST_BLURRED_PX), places, places],
+        x_scale=[0.2, 0.2, 0.2],
         max_nfev=15,
     )
     return float(fit.x[0])
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """Mean profiles explained by the sharpest templates (2, T), each blurred, moved, of a depth and
+    on a ground of its own; q (3,) = blur and both places."""
+
+    profiles: tuple[EdgeProfile, EdgeProfile]
+    sharpest: np.ndarray
+
+    def residuals(self, q: np.ndarray) -> np.ndarray:
+        return np.concatenate([off for off, _ in self._sides(q, slopes=False)])
+
+    def slopes(self, q: np.ndarray) -> np.ndarray:
+        """How they change (R, 3) with q."""
+        found = []
+        for side, (_, (by_blur, by_place)) in enumerate(self._sides(q, slopes=True)):
+            moved = np.zeros((by_blur.size, q.size))
+            moved[:, 0], moved[:, 1 + side] = by_blur, by_place
+            found.append(moved)
+        return np.concatenate(found)
+
+    def _sides(self, q: np.ndarray, slopes: bool) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Of each side residuals (K,), and how they change (2, K) with blur and place."""
+        more = max(averaged_blur_px(q[0]) ** 2 - SHARPEST_PX**2, 1e-6)
+        templates = blurred(self.sharpest, np.sqrt(more) / TEMPLATE_STEP_PX, truncate=TRUNCATED)
+        for p, template, place in zip(self.profiles, templates, q[1:], strict=True):
+            t_px = p.t_px - place
+            seen = looked_up(template[None], t_px)
+            design = np.hstack([seen, np.ones_like(seen)])
+            depth = np.linalg.lstsq(design, p.value, rcond=None)[0]
+            moved = np.empty((t_px.size, 0))
+            if slopes:
+                each = changes(depth[0] * template, t_px, float(q[0]))
+                moved = projected(np.stack(each, axis=1), design, np.ones(2))
+            yield design @ depth - p.value, moved.T
 
 
 def with_blur(shading: tuple[Shading, Shading], blur_px: float) -> tuple[Shading, Shading]:

@@ -8,13 +8,8 @@ import numpy as np
 
 from tsvision.measures.edges.cut import Cut
 from tsvision.measures.edges.find import FEWEST_COLUMNS, along_axis, rough_edges
-from tsvision.measures.edges.shading import (
-    EdgeProfile,
-    Shading,
-    edge_samples,
-    inside_px,
-    mean_profile,
-)
+from tsvision.measures.edges.mean_edge import edge_samples, mean_profile
+from tsvision.measures.edges.shading import EdgeProfile, Shading, inside_px
 from tsvision.measures.light.shading_fit import fit_shading
 
 

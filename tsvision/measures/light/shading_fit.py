@@ -16,12 +16,13 @@ edge in by up to 3 px and is described worse, mostly by several times.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
-from scipy.optimize import OptimizeResult, least_squares, minimize_scalar, nnls
+from scipy.optimize import OptimizeResult, minimize_scalar, nnls
 
 from tsvision.measures.edges.shading import (
     BLUR_RANGE_PX,
@@ -43,6 +44,13 @@ from tsvision.measures.edges.shading import (
 )
 from tsvision.measures.light.beside import NONE, SHARP_PX, Beside
 from tsvision.measures.light.beside import UNKNOWNS as UNKNOWNS_BESIDE
+from tsvision.measures.light.separable import (
+    Bounds,
+    changes,
+    distinct,
+    fit_separable,
+    projected,
+)
 from tsvision.measures.light.shading_lamp import MOST_STEPS, fit_lamp
 from tsvision.measures.light.shape import UNKNOWN, Shape
 
@@ -167,11 +175,11 @@ def _fit_light(
     far = max(-0.7 * rho_px, FAR_OUT * PLACE_RANGE_PX[0])
     starts = [np.array([blur, *places]) for places in ((0.0, 0.0), (far, 0.0), (0.0, far))]
     starts += [np.array([blur, *places]) for places in shape.starts()]
-    fits = [system.fit(start) for start in starts]
+    fits = distinct([system.fit(start) for start in starts])
     for _ in range(REWEIGHED):
-        system.reweigh(min(fits, key=lambda f: f.cost).x)
-        fits = [system.fit(f.x) for f in fits]
-    fit = min(fits, key=lambda f: f.cost)
+        system.reweigh(fits[0].x)
+        fits = distinct([system.fit(f.x) for f in fits])
+    fit = fits[0]
     covariance = np.linalg.pinv(fit.jac.T @ fit.jac)
     width_sd = float(np.sqrt(max(covariance[1:, 1:].sum(), 0.0)))
     # Another place that explains the profiles nearly as well cannot be ruled out.
@@ -201,6 +209,17 @@ def _either(light: _Light, unlit: _Light) -> _Light:
     q = system.blur_at(unlit.q[0], light.q[1:] + share * off)
     sd = (1.0 - share) * light.width_sd_px + share * unlit.width_sd_px
     return _Light(system, q, float(np.hypot(sd, between)))
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """For blur and places q (3,): the light (C,) by least squares, the design (R, C) that explains
+    what is seen by it, and all residuals (R,) in their sd."""
+
+    q: np.ndarray
+    design: np.ndarray
+    light: np.ndarray
+    off: np.ndarray
 
 
 class _System:
@@ -265,6 +284,7 @@ class _System:
         if beside.profiles and not self.mirrors:
             self._join(beside)
         self.floor = tuple(self.sd)
+        self.last: _Solved | None = None
 
     def _join(self, beside: Beside) -> None:
         """Add what brightness shows of the same light, after all else."""
@@ -295,12 +315,20 @@ class _System:
 
     def light(self, q: np.ndarray) -> tuple[np.ndarray, float]:
         """Each side's own light (2, unknowns), and the contrast that mirrored ground takes."""
-        light = self.solve(q)[0]
+        light = self.solve(q).light
         mirrored = self.black * float(light[-1]) if self.mirrors else 0.0
         return light[: 2 * self.unknowns].reshape(2, -1), mirrored
 
-    def solve(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Light and all residuals in their sd, for q = (blur, both places)."""
+    def solve(self, q: np.ndarray) -> _Solved:
+        """Kept until another is asked for: slopes are asked for where residuals were."""
+        if self.last is None or not np.array_equal(q, self.last.q):
+            design, target = self._rows(q)
+            light, _ = nnls(design, target, maxiter=MOST_STEPS)
+            self.last = _Solved(q.copy(), design, light, design @ light - target)
+        return self.last
+
+    def _rows(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Design (R, C) and target (R,) in units of the values' sd."""
         blur_px = averaged_blur_px(float(q[0]))
         shapes = lamp_shapes(self.rho_px, blur_px, self.loss)
         blocks, target, gain = [], self.target.copy(), 1.0 - self.black
@@ -318,7 +346,7 @@ class _System:
             if self.mirrors:
                 lost = looked_up(mirror_shape(self.rho_px, blur_px)[None], t_px)[:, 0]
                 block[:, -1] = -self.black * lost / sd
-            elif len(self.sd) > 2:
+            elif self._bright:
                 about = q[1 + i], blur_px, self.black, self.lit, self.rho_px
                 adds = self.beside.in_colour(i, p, *about)
                 block[:, -UNKNOWNS_BESIDE:] = adds / sd[:, None]
@@ -333,31 +361,68 @@ class _System:
             block[:, -UNKNOWNS_BESIDE:] = own / sd[:, None]
             target[self.parts[2 + i]] = known / sd
             bright.append(block)
-        design = np.vstack([*blocks, self.prior, *bright])
-        light, _ = nnls(design, target, maxiter=MOST_STEPS)
-        return light, design @ light - target
+        return np.vstack([*blocks, self.prior, *bright]), target
+
+    @property
+    def _bright(self) -> bool:
+        """Whether what is beside takes part."""
+        return len(self.sd) > 2
+
+    @property
+    def slopes(self) -> Callable[[np.ndarray], np.ndarray] | None:
+        """How residuals change with q, where that is known: not of what is beside."""
+        return None if self._bright else self._slopes
+
+    def _slopes(self, q: np.ndarray) -> np.ndarray:
+        """Of residuals (R, 3) with blur and places."""
+        solved = self.solve(q)
+        blur_px = averaged_blur_px(float(q[0]))
+        shapes = lamp_shapes(self.rho_px, blur_px, self.loss)
+        lights, mirrored = self.light(q)
+        moved = np.zeros((solved.off.size, q.size))
+        for i, (p, sd, own) in enumerate(zip(self.profiles, self.sd, lights, strict=True)):
+            level = (1.0 - self.black) * own[: len(shapes)]
+            level[0] += self.black
+            profile = level @ shapes
+            if self.mirrors:
+                profile -= mirrored * mirror_shape(self.rho_px, blur_px)
+            t_px = p.t_px - q[1 + i]
+            by_blur, by_place = changes(profile, t_px, float(q[0]))
+            by_place -= (own[-2] - own[-1]) * (t_px < 0.0)
+            moved[self.parts[i], 0] = by_blur / sd
+            moved[self.parts[i], 1 + i] = by_place / sd
+        return projected(moved, solved.design, solved.light)
 
     def fit(self, start: np.ndarray) -> OptimizeResult:
         """Blur and both places (3,), from a start."""
-        return least_squares(
+        return fit_separable(
             self.residuals,
+            self.slopes,
             start,
-            bounds=tuple(zip(BLUR_RANGE_PX, PLACE_RANGE_PX, PLACE_RANGE_PX, strict=True)),
-            diff_step=1e-3,
+            [BLUR_RANGE_PX, PLACE_RANGE_PX, PLACE_RANGE_PX],
             x_scale=[0.2, 0.2, 0.2],
             max_nfev=40,
         )
 
+    def fit_within(
+        self, fixed: np.ndarray, by: np.ndarray, start: np.ndarray, bounds: Bounds
+    ) -> OptimizeResult:
+        """Of q (3,) = fixed + free @ by, what is free (P,), by (P, 3), from a start on."""
+        slopes = self.slopes
+        return fit_separable(
+            lambda free: self.residuals(fixed + free @ by),
+            None if slopes is None else lambda free: slopes(fixed + free @ by) @ by.T,
+            start,
+            bounds,
+            x_scale=[0.2] * len(by),
+            max_nfev=25,
+        )
+
     def blur_at(self, blur_px: float, places_px: np.ndarray) -> np.ndarray:
         """(blur, both places) (3,) with the best blur for given places (2,)."""
-        fit = least_squares(
-            lambda blur: self.residuals(np.concatenate([blur, places_px])),
-            [blur_px],
-            bounds=BLUR_RANGE_PX,
-            diff_step=1e-3,
-            max_nfev=15,
-        )
-        return np.concatenate([fit.x, places_px])
+        fixed, by = np.concatenate([[0.0], places_px]), np.eye(3)[:1]
+        found = self.fit_within(fixed, by, np.array([blur_px]), [BLUR_RANGE_PX])
+        return np.concatenate([found.x, places_px])
 
     def fit_width(self, q: np.ndarray, width_px: float) -> np.ndarray:
         """(blur, both places) (3,) from `q` on with the places' sum given: which limb it is that
@@ -367,27 +432,21 @@ class _System:
         # Poor fits tell of widths that no two places have: then the nearest that two have.
         least, most = (2.0 * place for place in PLACE_RANGE_PX)
         width_px = float(np.clip(width_px, least + WIDTH_PX, most - WIDTH_PX))
-
-        def off(free: np.ndarray) -> np.ndarray:
-            return self.residuals(np.array([free[0], free[1], width_px - free[1]]))
-
+        fixed = np.array([0.0, 0.0, width_px])
+        by = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, -1.0]])
         middle = 0.5 * (width_px - float(q[1:].sum()))
-        starts = (q[1] + middle, q[1] + 2.0 * middle, q[1])
         low = max(PLACE_RANGE_PX[0], width_px - PLACE_RANGE_PX[1]) + 1e-3
         high = min(PLACE_RANGE_PX[1], width_px - PLACE_RANGE_PX[0]) - 1e-3
         fits = [
-            least_squares(
-                off,
-                [q[0], np.clip(place, low + 1e-3, high - 1e-3)],
-                bounds=tuple(zip(BLUR_RANGE_PX, (low, high), strict=True)),
-                diff_step=1e-3,
-                x_scale=[0.2, 0.2],
-                max_nfev=25,
+            self.fit_within(
+                fixed,
+                by,
+                np.array([q[0], np.clip(place, low + 1e-3, high - 1e-3)]),
+                [BLUR_RANGE_PX, (low, high)],
             )
-            for place in starts
+            for place in (q[1] + middle, q[1] + 2.0 * middle, q[1])
         ]
-        blur, upper = min(fits, key=lambda f: f.cost).x
-        return np.array([blur, upper, width_px - upper])
+        return fixed + min(fits, key=lambda f: f.cost).x @ by
 
     def misfit(self, q: np.ndarray) -> float:
         """Sum of squared residuals of both profiles in units of what is allowed at the limb."""
@@ -404,6 +463,7 @@ class _System:
             sd = np.maximum(self.floor[i], np.sqrt(square))
             self.target[part] *= self.sd[i] / sd
             self.sd[i] = sd
+        self.last = None
 
     def residuals(self, q: np.ndarray) -> np.ndarray:
-        return self.solve(q)[1]
+        return self.solve(q).off

@@ -26,7 +26,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares, nnls
+from scipy.optimize import OptimizeResult, nnls
 
 from tsvision.measures.edges.shading import (
     BLUR_RANGE_PX,
@@ -43,6 +43,7 @@ from tsvision.measures.edges.shading import (
     sky_shapes,
 )
 from tsvision.measures.light.beside import NONE, Beside
+from tsvision.measures.light.separable import changes, distinct, fit_separable, projected
 
 GROOVE_FROM = 0.1  # of the radius: how far in the neighbours begin to take light away
 GLEAM_RESOLVED = 2.5  # blurs in a strand's radius: of a thinner one no gleam is told, ...
@@ -52,6 +53,9 @@ OPEN_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb and 
 # From three of them one fit in four to fifteen, of lamps far aside, ended far off (drawn tubes).
 STARTS_RAD = np.deg2rad([-60.0, -30.0, 0.0, 30.0, 60.0])
 FURTHEST_RAD = 1.6
+FIRST_STEPS, LAST_STEPS = 5, 40
+HOPELESS = 2.0  # times the least cost after the first steps: left there
+TURNED_RAD = 1e-3  # by which a lamp is turned, to see what changes
 UNEVEN_SD = 0.1  # of the core's contrast: by how much what comes from all around is uneven
 COMMON = 4  # unknowns of both sides: the lamp, a sky of either side, and the lamp's gleam
 GLEAM = 3  # of them
@@ -112,78 +116,137 @@ def _fit(
     grooved: bool,
     glossy: bool,
 ) -> Lamp:
-    bright = beside.lit(profiles, black) if beside.profiles else 0.0
+    system = _System(profiles, sd, rho_px, black, beside, grooved, glossy)
 
-    def off(q: np.ndarray) -> np.ndarray:
-        return _residuals(profiles, sd, rho_px, black, grooved, glossy, beside, bright, q)
-
-    ranges = (BLUR_RANGE_PX, PLACE_RANGE_PX, PLACE_RANGE_PX, (-FURTHEST_RAD, FURTHEST_RAD))
-    fits = [
-        least_squares(
-            off,
-            [blur_start_px, 0.0, 0.0, theta],
-            bounds=tuple(zip(*ranges, strict=True)),
+    def fit(start: np.ndarray, max_nfev: int) -> OptimizeResult:
+        return fit_separable(
+            system.residuals,
+            None if beside.profiles else system.slopes,
+            start,
+            [BLUR_RANGE_PX, PLACE_RANGE_PX, PLACE_RANGE_PX, (-FURTHEST_RAD, FURTHEST_RAD)],
             x_scale=[0.2, 0.2, 0.2, 0.3],
-            diff_step=1e-3,
-            max_nfev=40,
+            max_nfev=max_nfev,
         )
-        for theta in STARTS_RAD
-    ]
+
+    # Of several starts most come near one place in a few steps, or are left far behind.
+    begun = [fit(np.array([blur_start_px, 0.0, 0.0, theta]), FIRST_STEPS) for theta in STARTS_RAD]
+    fits = distinct(begun)
+    fits = [fit(f.x, LAST_STEPS) for f in fits if f.cost <= HOPELESS * fits[0].cost]
     best = min(fits, key=lambda f: f.cost)
     return Lamp(float(best.x[3]), float(best.x[0]), best.x[1:3], float(2.0 * best.cost))
 
 
-def _residuals(
-    profiles: tuple[EdgeProfile, EdgeProfile],
-    sd: tuple[np.ndarray, ...],
-    rho_px: float,
-    black: float,
-    grooved: bool,
-    glossy: bool,
-    beside: Beside,
-    bright: float,
-    q: np.ndarray,
-) -> np.ndarray:
-    """For q = (blur, both places, theta): of both profiles, and of what is beside them, so `bright`
-    where the light is the core's, light by least squares."""
-    target = np.concatenate([p.value / s for p, s in zip(profiles, sd[:2], strict=True)])
-    # ambient, the ground's error, the groove and the ground's slope of each side
-    design = np.zeros((target.size, COMMON + 2 * OWN))
-    above, first = [], 0
-    loss, blur_px = limb_loss(black), averaged_blur_px(float(q[0]))
-    for side, (p, s) in enumerate(zip(profiles, sd[:2], strict=True)):
-        way = 1.0 if side == 0 else -1.0
-        t_px = p.t_px - q[1 + side]
-        shapes = _shapes(rho_px, blur_px, float(q[3]), side, loss)
-        around, lit, aside, gleam = looked_up(shapes, t_px).T
-        rows = slice(first, first + t_px.size)
-        target[rows] -= black * around / s
-        seen = design[rows]
-        seen[:, 0] = lit
-        seen[:, 1], seen[:, 2] = 0.5 * (around + way * aside), 0.5 * (around - way * aside)
-        if glossy:
-            seen[:, GLEAM] = gleam
-        own = seen[:, COMMON + OWN * side : COMMON + OWN * (side + 1)]
-        own[:, 0], own[:, 1], own[:, 2] = around, 1.0, -1.0
-        if grooved:
-            own[:, 3] = -(np.maximum(t_px / rho_px - GROOVE_FROM, 0.0) ** 2)
-        own[:, 4], own[:, 5] = ramps_outside(t_px)
-        seen /= s[:, None]
-        first += t_px.size
-        if bright:
-            about = q[1 + side], blur_px, black, bright, rho_px
-            above.append(beside.in_colour(side, p, *about) / s[:, None])
-    # What both skies give alike is ambient light: without a bound no solution is the best.
-    prior = np.zeros((3, design.shape[1]))
-    prior[:2, 1:GLEAM] = [[0.5 / UNEVEN_SD, -0.5 / UNEVEN_SD], [1.0, 1.0]]
-    prior[2, GLEAM] = 1.0 / GLEAM_SD
-    design = np.vstack([design, ramp_prior(OWN, common=COMMON), prior])
-    target = np.concatenate([target, np.zeros(2 * RAMPS + len(prior))])
-    if bright:
-        known = rho_px, loss, beside, bright, q
-        design, target = _joined(design, target, np.vstack(above), sd[2:], *known)
-    light, _ = nnls(design, target, maxiter=MOST_STEPS)
-    return np.asarray(design @ light - target)
+@dataclass(frozen=True)
+class _Solved:
+    """For unknowns q (4,): light (C,) by least squares, the design (R, C) that it explains what is
+    seen by, and all residuals (R,) in their sd."""
+
+    q: np.ndarray
+    design: np.ndarray
+    light: np.ndarray
+    off: np.ndarray
+
+
+class _System:
+    """The linear part: given q = (blur, both places, theta), the light of both profiles, and of
+    what is beside them, by least squares."""
+
+    def __init__(
+        self,
+        profiles: tuple[EdgeProfile, EdgeProfile],
+        sd: tuple[np.ndarray, ...],
+        rho_px: float,
+        black: float,
+        beside: Beside,
+        grooved: bool,
+        glossy: bool,
+    ) -> None:
+        self.profiles, self.sd, self.rho_px, self.black = profiles, sd, rho_px, black
+        self.beside, self.grooved, self.glossy = beside, grooved, glossy
+        self.loss = limb_loss(black)
+        self.bright = beside.lit(profiles, black) if beside.profiles else 0.0
+        self.seen = np.concatenate([p.value / s for p, s in zip(profiles, sd[:2], strict=True)])
+        first = profiles[0].t_px.size
+        self.parts = (slice(0, first), slice(first, self.seen.size))
+        # What both skies give alike is ambient light: without a bound no solution is the best.
+        prior = np.zeros((3, COMMON + 2 * OWN))
+        prior[:2, 1:GLEAM] = [[0.5 / UNEVEN_SD, -0.5 / UNEVEN_SD], [1.0, 1.0]]
+        prior[2, GLEAM] = 1.0 / GLEAM_SD
+        self.prior = np.vstack([ramp_prior(OWN, common=COMMON), prior])
+        self.last: _Solved | None = None
+
+    def residuals(self, q: np.ndarray) -> np.ndarray:
+        return self.solve(q).off
+
+    def solve(self, q: np.ndarray) -> _Solved:
+        """Kept until another is asked for: slopes are asked for where residuals were."""
+        if self.last is None or not np.array_equal(q, self.last.q):
+            design, target = self._rows(q)
+            light, _ = nnls(design, target, maxiter=MOST_STEPS)
+            self.last = _Solved(q.copy(), design, light, design @ light - target)
+        return self.last
+
+    def slopes(self, q: np.ndarray) -> np.ndarray:
+        """How residuals change (R, 4) with each of q, where nothing is beside."""
+        solved, black = self.solve(q), self.black
+        light, moved = solved.light, np.zeros((solved.off.size, q.size))
+        lamp, upper, lower, gleam = light[:COMMON]
+        for side, (p, s, rows) in enumerate(zip(self.profiles, self.sd, self.parts, strict=True)):
+            own = light[COMMON + OWN * side : COMMON + OWN * (side + 1)]
+            way, t_px = 1.0 if side == 0 else -1.0, p.t_px - q[1 + side]
+            shapes = self._shapes(q, side)
+            around = black + own[0] + 0.5 * (upper + lower)
+            level = np.array([around, lamp, 0.5 * way * (upper - lower), gleam])
+            by_blur, by_place = changes(level @ shapes, t_px, float(q[0]))
+            further = self._shapes(q + TURNED_RAD * np.eye(q.size)[3], side) - shapes
+            by_theta = looked_up((level @ further)[None] / TURNED_RAD, t_px)[:, 0]
+            by_place -= (own[4] - own[5]) * (t_px < 0.0)
+            if self.grooved:
+                by_place += own[3] * 2.0 * self._into_groove(t_px) / self.rho_px
+            moved[rows, 0], moved[rows, 1 + side], moved[rows, 3] = by_blur, by_place, by_theta
+            moved[rows] /= s[:, None]
+        return projected(moved, solved.design, light)
+
+    def _into_groove(self, t_px: np.ndarray) -> np.ndarray:
+        return np.maximum(t_px / self.rho_px - GROOVE_FROM, 0.0)
+
+    def _shapes(self, q: np.ndarray, side: int) -> np.ndarray:
+        return _shapes(self.rho_px, averaged_blur_px(float(q[0])), float(q[3]), side, self.loss)
+
+    def _rows(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Design (R, C) and target (R,)."""
+        target = self.seen.copy()
+        # ambient, the ground's error, the groove and the ground's slope of each side
+        design = np.zeros((target.size, COMMON + 2 * OWN))
+        above = []
+        blur_px = averaged_blur_px(float(q[0]))
+        for side, (p, s, rows) in enumerate(
+            zip(self.profiles, self.sd[:2], self.parts, strict=True)
+        ):
+            way = 1.0 if side == 0 else -1.0
+            t_px = p.t_px - q[1 + side]
+            around, lit, aside, gleam = looked_up(self._shapes(q, side), t_px).T
+            target[rows] -= self.black * around / s
+            seen = design[rows]
+            seen[:, 0] = lit
+            seen[:, 1], seen[:, 2] = 0.5 * (around + way * aside), 0.5 * (around - way * aside)
+            if self.glossy:
+                seen[:, GLEAM] = gleam
+            own = seen[:, COMMON + OWN * side : COMMON + OWN * (side + 1)]
+            own[:, 0], own[:, 1], own[:, 2] = around, 1.0, -1.0
+            if self.grooved:
+                own[:, 3] = -(self._into_groove(t_px) ** 2)
+            own[:, 4], own[:, 5] = ramps_outside(t_px)
+            seen /= s[:, None]
+            if self.bright:
+                about = q[1 + side], blur_px, self.black, self.bright, self.rho_px
+                above.append(self.beside.in_colour(side, p, *about) / s[:, None])
+        design = np.vstack([design, self.prior])
+        target = np.concatenate([target, np.zeros(len(self.prior))])
+        if self.bright:
+            known = self.rho_px, self.loss, self.beside, self.bright, q
+            return _joined(design, target, np.vstack(above), self.sd[2:], *known)
+        return design, target
 
 
 def _shapes(rho_px: float, blur_px: float, lamp_rad: float, side: int, loss: float) -> np.ndarray:
