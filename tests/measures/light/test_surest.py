@@ -28,9 +28,11 @@ from tsvision.measures.light.profiles import black_of
 from tsvision.measures.light.rounds import EdgeLook, Round, less_sure
 from tsvision.measures.light.surest import (
     _by_hue,
+    _is_as_long,
     _is_no_thicker,
     _is_often_seen,
     _is_seen,
+    _is_short,
     _joined,
     _sharp_px,
     _shows_better,
@@ -256,6 +258,57 @@ def test_a_cover_that_adds_a_shadow_is_not_heard(cover_px: float, heard: bool) -
     assert _is_no_thicker(look_of(0.3, diameter_px=cover_px), look_of(0.35)) is heard
 
 
+def learnt_along(*columns: int) -> Learnt:
+    """Pictures 0, 1, ..., of which a signal shows the bundle along so many columns."""
+    bundles = (np.arange(600) < many for many in columns)
+    cuts = [
+        SimpleNamespace(silhouette=SimpleNamespace(bundle=b), contrast=np.zeros((9, 600)))
+        for b in bundles
+    ]
+    sight = SimpleNamespace(start_px=10.0, end_px=610.0)
+    pairs = [(PICTURES[i], cut) for i, cut in enumerate(cuts)]
+    return Learnt(sight, pairs, look_of(0.3))  # type: ignore[arg-type]
+
+
+PICTURES = [np.zeros(1) for _ in range(4)]  # told by what they are, not by what they show
+
+
+@pytest.mark.parametrize(
+    ("columns", "as_long"),
+    [((60, 60, 450), False), ((30, 200, 400), False), ((450, 380, 60), True), ((400, 400), True)],
+)
+def test_brightness_that_shows_a_bundle_in_shreds_is_not_as_long(
+    columns: tuple[int, ...], as_long: bool
+) -> None:
+    """Black strands beside blue ones that are as bright as their ground: told by brightness alone
+    they were 1.8 px of 16 off, in rounds that fitted straight bundles as coils."""
+    assert _is_as_long(learnt_along(*columns), learnt_along(420, 430, 440)) is as_long
+
+
+@pytest.mark.parametrize(("columns", "short"), [((60, 140, 400), True), ((60, 160, 400), False)])
+def test_a_hue_of_one_strand_shows_shreds(columns: tuple[int, ...], short: bool) -> None:
+    assert _is_short(learnt_along(*columns)) is short
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("grey", [0.13, 0.16])
+def test_a_hue_of_half_the_strands_leaves_the_bundle_to_the_ground_they_cover(
+    tmp_path: Path, grey: float
+) -> None:
+    """Blue and black strands on a blotched grey that hides the black ones from brightness: by their
+    hue blue ones alone were seen, in frames without a bundle or one 6 px of 21 thin."""
+    black = 0.02 if grey < 0.15 else 0.04
+    changes: dict[str, object] = {
+        "look.strand_rgb": ((0.06, 0.12, 0.55), (black, black, black + 0.003)),
+        "look.ground_rgb": (grey, grey, grey),
+        "look.ground_texture": 0.3,
+        "sensor.quality": 70,
+    }
+    _, error_px, sd_px = measured(tmp_path / "film", film_of(4, "front_lit", changes))
+    assert np.abs(error_px).max() < 0.6
+    assert (np.abs(error_px) < 1.96 * sd_px).all()
+
+
 def film_of_few_turns() -> list[np.ndarray]:
     """Two frames of hardly a turn, and more turns in the others."""
     return [few_turns(a, uneven=0.2) for a in (0.97, 0.95, 0.6, 0.5, 0.5, 0.45, 0.4, 0.35)]
@@ -421,6 +474,7 @@ def test_gleams_are_not_strings_that_brightness_shows() -> None:
     [
         (look_of(0.05), 1.0),  # their bundle is seen: by its own edges
         (look_of(0.05, matched=0.1), float(np.hypot(0.8, PIXEL_PX))),
+        (look_of(9.0), float(np.hypot(0.8, PIXEL_PX))),  # it may be of any width, and any blur
         (look_of(0.05, diameter_px=40.0, frames=0), float(np.hypot(0.8, PIXEL_PX))),
     ],
 )

@@ -50,8 +50,9 @@ GLEAM_RESOLVED = 2.5  # blurs in a strand's radius: of a thinner one no gleam is
 GLEAM_SD = 0.5  # whose brightness, in units of the core's contrast, is so much at most likely
 HEAD_ON_RAD = np.deg2rad(10.0)  # gleam and groove meet on the core: what falls off is the groove
 OPEN_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb and more are dark
-# From three of them one fit in four to fifteen, of lamps far aside, ended far off (drawn tubes).
-STARTS_RAD = np.deg2rad([-60.0, -30.0, 0.0, 30.0, 60.0])
+# From three of them one fit in four to fifteen, of lamps far aside, ended far off (drawn tubes);
+# from five, none beyond 60 degrees, one in forty, at four times the misfit of the best.
+STARTS_RAD = np.deg2rad([-85.0, -60.0, -30.0, 0.0, 30.0, 60.0, 85.0])
 FURTHEST_RAD = 1.6
 FIRST_STEPS, LAST_STEPS = 5, 40
 HOPELESS = 2.0  # times the least cost after the first steps: left there

@@ -46,6 +46,7 @@ SURER = 0.6
 FADED_PX, FADED_RHO, UNSURE = 3.0, 0.6, 2.0
 MOST_PX = 3.0  # of a width, that storing a colour at half the resolution may move its edges by
 OPEN_PX = 1.0  # sd of a width by brightness, from which on it may be told better by a hue
+BLURRED_PX = 2.0  # sd of a width, from which on its edges do not tell blur from light
 GROUNDLESS = 0.1  # of what strings stand out by in a hue, by which their ground may do so too
 FEWEST = 2  # frames that tell
 ASKED = 3  # pictures for how sharp they are
@@ -54,6 +55,8 @@ LEAST_COST_PX2 = 1e-3  # of edges that fit: less is noise
 # is wider or narrower is no bundle.
 LEAST_MATCHED, ALIKE = 0.2, 1.3
 AS_OFTEN = 0.5  # of the columns whose edges a hue shows, those that brightness has to show as well
+AS_LONG = 0.5  # of a bundle by colour, that brightness has to show as well
+SHORT = 0.25  # of the line: of legs alone, or strands of one colour of several
 MISSED_PX = 1.0  # as much off as this counts an edge that was not found, or in no frame's fit
 
 
@@ -103,7 +106,8 @@ def _beside_brightness(learnt: Learnt, other: Learnt, section: Section) -> Learn
     """What brightness teaches (`other`), alone or along with what the strings' colour taught."""
     hue = learnt.sight.signal.way is Way.HUE
     sharp_px = _sharp_px(learnt, other.edge) if hue else float("nan")
-    if not _is_seen(other.edge, learnt.edge):
+    in_shreds = learnt.sight.signal.by_distance and not _is_as_long(other, learnt)
+    if in_shreds or not _is_seen(other.edge, learnt.edge):
         if hue and learnt.edge.shading[0].rho_px > RESOLVED * SHARP_PX[-1]:
             return _as_bright(learnt, other, section, sharp_px, seen=False)
         return _as_stored(learnt, sharp_px, section)
@@ -119,13 +123,20 @@ def _beside_brightness(learnt: Learnt, other: Learnt, section: Section) -> Learn
 def _beside_cover(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     """Edges by a hue that are where both it and the ground that the strings leave say, each by how
     sure it is of the width. A hue fades at a limb as the light there does; the ground does not, but
-    falls into shadow close to them. What the two differ by is not known."""
+    falls into shadow close to them. What the two differ by is not known. Of strands of several
+    colours a hue may show one alone: then what is seen of the ground tells the bundle."""
     if learnt.sight.signal.way is not Way.HUE:
         return learnt
     signal, apart = cover_along(learnt.sight, [picture for picture, _ in learnt.pairs])
     # An uneven ground, which a hue leaves out, is all there in what is seen of it.
-    cover = _learnt_by(signal, learnt, section, half_px) if apart > FAR_APART else None
-    if cover is None or not _is_no_thicker(cover.edge, learnt.edge):
+    far = apart > FAR_APART
+    asked = far or (apart > HUE_APART and _is_short(learnt))
+    cover = _learnt_by(signal, learnt, section, half_px) if asked else None
+    if cover is None:
+        return learnt
+    if not _is_as_long(learnt, cover) and _shows_more(cover.edge, learnt.edge):
+        return cover
+    if not (far and _is_no_thicker(cover.edge, learnt.edge)):
         return learnt
     return replace(learnt, edge=_joined(learnt.edge, cover.edge))
 
@@ -162,8 +173,9 @@ def _is_hue(hue: Learnt, sharp_px: float) -> bool:
 
 def _sharp_px(learnt: Learnt, bright: EdgeLook) -> float:
     """How sharp the pictures are, px: by the strings' edges, as brightness shows them, if it shows
-    their bundle; else by the straight edges of whatever else is there. NaN where neither tells."""
-    if _is_matched(bright):
+    their bundle and tells its width; else by the straight edges of whatever else is there. NaN
+    where neither tells."""
+    if _is_matched(bright) and light_sd_px(bright.shading) < BLURRED_PX:
         return bright.shading[0].blur_px
     pictures = [picture for picture, _ in learnt.pairs][:: max(len(learnt.pairs) // ASKED, 1)]
     seen_px = sharpness_px(pictures[:ASKED], learnt.sight.gamma)
@@ -295,6 +307,13 @@ def _shows_at_all(whole: EdgeLook, hardly: EdgeLook) -> bool:
     return _is_matched(whole) and _is_no_thicker(whole, hardly)
 
 
+def _shows_more(cover: EdgeLook, hue: EdgeLook) -> bool:
+    """Whether a bundle was fitted to edges that hardly miss, in no fewer frames."""
+    frames = max(cover.last.frames, hue.last.frames)
+    better = _cost_px2(cover.last, frames) < SURER * _cost_px2(hue.last, frames)
+    return _is_matched(cover) and better
+
+
 def _is_no_thicker(edge: EdgeLook, hue: EdgeLook) -> bool:
     """Whether strings are thicker by no more than their limbs may fade in a hue: else it is they
     and their shadow."""
@@ -312,6 +331,26 @@ def _is_seen(bright: EdgeLook, colour: EdgeLook) -> bool:
     width fits some few edges of anything."""
     alike = 1.0 / ALIKE < bright.diameter_px / colour.diameter_px < ALIKE
     return _is_matched(bright) or (bright.last.frames > 0 and alike)
+
+
+def _is_as_long(bright: Learnt, colour: Learnt) -> bool:
+    """Whether brightness shows a bundle along much of what colour does, in most pictures. Of blue
+    and black strands on a grey as bright as the blue it shows black ones alone: no bundle goes on
+    between their crests."""
+    pairs = _pairs(colour, bright)
+    shares = [
+        other.silhouette.bundle.sum() / max(cut.silhouette.bundle.sum(), 1)
+        for cut in colour.cuts
+        if (other := pairs.get(id(cut))) is not None
+    ]
+    return not shares or float(np.median(shares)) > AS_LONG
+
+
+def _is_short(learnt: Learnt) -> bool:
+    """Whether most pictures show a bundle along hardly any of what lies between its ends."""
+    sight = learnt.sight
+    seen = np.median([cut.silhouette.bundle.sum() for cut in learnt.cuts])
+    return bool(seen < SHORT * (sight.end_px - sight.start_px))
 
 
 def _is_often_seen(bright: EdgeLook, hue: EdgeLook) -> bool:
