@@ -318,3 +318,23 @@ def test_ground_that_slopes_beside_a_dark_limb_is_not_taken_for_the_limb(slope: 
         widths.append(float(places.sum()))
     moved = abs(widths[1] - widths[0])
     assert moved < min(0.2, edge_model_sd_px((upper, lower)))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_lamp_far_aside_is_found_with_its_dark_limb_far_out(sign: float) -> None:
+    """The outline taken for the lit part's: the dark limb lies 2.4 px beyond it. From edges where
+    they were found alone every start ended at four times the misfit, 0.7 px further in."""
+    rho_px, turn = 5.0, sign * np.deg2rad(-64.0)
+    offsets, out = offsets_for(rho_px), (2.4, 0.0) if sign > 0 else (0.0, 2.4)
+    sides = [
+        seen(
+            rho_px,
+            px_tube(
+                offsets + away, rho_px, 0.8, 0.02, 0.95 * np.cos(turn), way * 0.95 * np.sin(turn)
+            ),
+            offsets,
+        )
+        for away, way in zip(out, (1.0, -1.0), strict=True)
+    ]
+    lamp = fit_lamp((sides[0], sides[1]), tuple(s.sd for s in sides), rho_px, 1.0)
+    np.testing.assert_allclose(lamp.places_px, -np.array(out), atol=0.4)

@@ -15,16 +15,24 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
-from tsvision.measures.edges.shading import TEMPLATE_STEP_PX, looked_up
+from tsvision.measures.edges.shading import PLACE_RANGE_PX, TEMPLATE_STEP_PX, looked_up
 
 # Of the cost and of the unknowns, in their own scale: a thousandth of what noise leaves unknown.
 COST_TOLERANCE, STEP_TOLERANCE = 1e-5, 1e-4
 TRIED = 1e-3  # of an unknown: by which it is changed where slopes are not known
 
+FAR_OUT = 0.7  # of the places there may be
 SAME = 0.01  # of any unknown, px or rad, by which two fits that ended at one place differ
 
 Residuals = Callable[[np.ndarray], np.ndarray]
 Bounds = list[tuple[float, float]]
+
+
+def far_out_px(rho_px: float) -> float:
+    """Place where an edge is sought as well. Where a lamp's light ends short of a limb that sends
+    none, what is seen is the terminator: the edge then lies far outside, and a fit has to be told
+    to look there."""
+    return max(-0.7 * rho_px, FAR_OUT * PLACE_RANGE_PX[0])
 
 
 def fit_separable(

@@ -37,8 +37,15 @@ def _settled(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
         if turn >= ROUNDS[0] and looks[-1].last.moved_px < SETTLED_PX:
             ahead = next_look(cuts, section, looks[-1])
             if _holds(looks[-1], ahead):
-                return looks[-1]
+                return _no_surer(looks[-1], ahead)
     return _sent(cuts, section, _unstrained(looks[1:]), looks[2:])
+
+
+def _no_surer(look: EdgeLook, ahead: EdgeLook) -> EdgeLook:
+    """A look no surer of its width than what its own template makes of the same edges: of few
+    frames one round may be twice as sure as the next."""
+    sd_px = max(light_sd_px(look.shading), light_sd_px(ahead.shading))
+    return replace(look, shading=_as_sure(look.shading, sd_px))
 
 
 def _holds(look: EdgeLook, ahead: EdgeLook) -> bool:

@@ -48,6 +48,7 @@ from tsvision.measures.light.separable import (
     Bounds,
     changes,
     distinct,
+    far_out_px,
     fit_separable,
     projected,
 )
@@ -68,7 +69,6 @@ LEAST_LIT = 1.0 / 3.0
 HELD_SD = 0.01  # of a share that nothing tells
 REWEIGHED, REWEIGHED_BINS = 2, 9  # times, over this stretch of a profile
 RIVAL = 1.5  # times the best cost
-FAR_OUT = 0.7  # of the places there may be: where edges are sought as well
 WIDTH_PX = 0.02  # by which a width may be off
 SHOWN_UNLIT = 0.5  # of the core's contrast without light, from which on no limb hides in the dark
 LAMP_ODDS = 4.0  # that one lamp and a sky light the strings, before the profiles are seen
@@ -170,9 +170,7 @@ def _fit_light(
         return told(best.x)
     system = _System(profiles, rho_px, black, rho_px > RESOLVED * blur_start_px, beside)
     blur = float(np.clip(blur_start_px, 0.4, 5.5))
-    # Where a lamp's light ends short of a limb that sends none, what is seen is the terminator:
-    # the edge then lies far outside, and the fit has to be told to look there.
-    far = max(-0.7 * rho_px, FAR_OUT * PLACE_RANGE_PX[0])
+    far = far_out_px(rho_px)
     starts = [np.array([blur, *places]) for places in ((0.0, 0.0), (far, 0.0), (0.0, far))]
     starts += [np.array([blur, *places]) for places in shape.starts()]
     fits = distinct([system.fit(start) for start in starts])

@@ -43,7 +43,13 @@ from tsvision.measures.edges.shading import (
     sky_shapes,
 )
 from tsvision.measures.light.beside import NONE, Beside
-from tsvision.measures.light.separable import changes, distinct, fit_separable, projected
+from tsvision.measures.light.separable import (
+    changes,
+    distinct,
+    far_out_px,
+    fit_separable,
+    projected,
+)
 
 GROOVE_FROM = 0.1  # of the radius: how far in the neighbours begin to take light away
 GLEAM_RESOLVED = 2.5  # blurs in a strand's radius: of a thinner one no gleam is told, ...
@@ -53,6 +59,7 @@ OPEN_RAD = np.deg2rad(45.0)  # from the camera: beyond, 0.3 radii of a limb and 
 # From three of them one fit in four to fifteen, of lamps far aside, ended far off (drawn tubes);
 # from five, none beyond 60 degrees, one in forty, at four times the misfit of the best.
 STARTS_RAD = np.deg2rad([-85.0, -60.0, -30.0, 0.0, 30.0, 60.0, 85.0])
+ASIDE_RAD = np.deg2rad(60.0)
 FURTHEST_RAD = 1.6
 FIRST_STEPS, LAST_STEPS = 5, 40
 HOPELESS = 2.0  # times the least cost after the first steps: left there
@@ -130,11 +137,22 @@ def _fit(
         )
 
     # Of several starts most come near one place in a few steps, or are left far behind.
-    begun = [fit(np.array([blur_start_px, 0.0, 0.0, theta]), FIRST_STEPS) for theta in STARTS_RAD]
+    begun = [
+        fit(np.array([blur_start_px, *places_px, theta]), FIRST_STEPS)
+        for places_px, theta in starts(rho_px)
+    ]
     fits = distinct(begun)
     fits = [fit(f.x, LAST_STEPS) for f in fits if f.cost <= HOPELESS * fits[0].cost]
     best = min(fits, key=lambda f: f.cost)
     return Lamp(float(best.x[3]), float(best.x[0]), best.x[1:3], float(2.0 * best.cost))
+
+
+def starts(rho_px: float) -> list[tuple[tuple[float, float], float]]:
+    """Both places and the lamp's direction to begin from: edges where they were found, and for a
+    lamp far aside the limb away from it far out in the dark."""
+    far = far_out_px(rho_px)
+    near = [((0.0, 0.0), theta) for theta in STARTS_RAD]
+    return [*near, ((far, 0.0), -ASIDE_RAD), ((0.0, far), ASIDE_RAD)]
 
 
 @dataclass(frozen=True)
