@@ -10,15 +10,18 @@ information that blur and places have once the light is not known.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import OptimizeResult, least_squares
+from scipy.optimize import OptimizeResult, least_squares, nnls
 
 from tsvision.measures.edges.shading import PLACE_RANGE_PX, TEMPLATE_STEP_PX, looked_up
 
 # Of the cost and of the unknowns, in their own scale: a thousandth of what noise leaves unknown.
 COST_TOLERANCE, STEP_TOLERANCE = 1e-5, 1e-4
+MOST_STEPS = 3000  # of a fit of light that is nowhere negative
 TRIED = 1e-3  # of an unknown: by which it is changed where slopes are not known
 
 FAR_OUT = 0.7  # of the places there may be
@@ -26,6 +29,43 @@ SAME = 0.01  # of any unknown, px or rad, by which two fits that ended at one pl
 
 Residuals = Callable[[np.ndarray], np.ndarray]
 Bounds = list[tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Solved:
+    """For blur, places and what else is not linear, q (P,): the light (C,) by least squares, the
+    design (R, C) that explains what is seen by it, and all residuals (R,) in their sd."""
+
+    q: np.ndarray
+    design: np.ndarray
+    light: np.ndarray
+    off: np.ndarray
+
+
+class Separable(ABC):
+    """What is to be explained by light that is nowhere negative."""
+
+    def __init__(self) -> None:
+        self._last: Solved | None = None
+
+    @abstractmethod
+    def rows(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Design (R, C) and target (R,) in units of the values' sd."""
+
+    def solve(self, q: np.ndarray) -> Solved:
+        """Kept until another is asked for: slopes are asked for where residuals were."""
+        if self._last is None or not np.array_equal(q, self._last.q):
+            design, target = self.rows(q)
+            light, _ = nnls(design, target, maxiter=MOST_STEPS)
+            self._last = Solved(q.copy(), design, light, design @ light - target)
+        return self._last
+
+    def residuals(self, q: np.ndarray) -> np.ndarray:
+        return self.solve(q).off
+
+    def forget(self) -> None:
+        """What was solved: sds have changed."""
+        self._last = None
 
 
 def far_out_px(rho_px: float) -> float:

@@ -22,7 +22,7 @@ from functools import cache
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
-from scipy.optimize import OptimizeResult, minimize_scalar, nnls
+from scipy.optimize import OptimizeResult, minimize_scalar
 
 from tsvision.measures.edges.shading import (
     BLUR_RANGE_PX,
@@ -46,13 +46,14 @@ from tsvision.measures.light.beside import NONE, SHARP_PX, Beside
 from tsvision.measures.light.beside import UNKNOWNS as UNKNOWNS_BESIDE
 from tsvision.measures.light.separable import (
     Bounds,
+    Separable,
     changes,
     distinct,
     far_out_px,
     fit_separable,
     projected,
 )
-from tsvision.measures.light.shading_lamp import MOST_STEPS, fit_lamp
+from tsvision.measures.light.shading_lamp import fit_lamp
 from tsvision.measures.light.shape import UNKNOWN, Shape
 
 # Before anything is seen: so much of the core's light comes from lamps, most of them beside the
@@ -209,18 +210,7 @@ def _either(light: _Light, unlit: _Light) -> _Light:
     return _Light(system, q, float(np.hypot(sd, between)))
 
 
-@dataclass(frozen=True)
-class _Solved:
-    """For blur and places q (3,): the light (C,) by least squares, the design (R, C) that explains
-    what is seen by it, and all residuals (R,) in their sd."""
-
-    q: np.ndarray
-    design: np.ndarray
-    light: np.ndarray
-    off: np.ndarray
-
-
-class _System:
+class _System(Separable):
     """The linear part: given blur and places, the light of both sides by least squares.
 
     Unknowns of a side: ambient and the lamps, over the core's light, and the ground's error and
@@ -237,6 +227,7 @@ class _System:
         thick: bool,
         beside: Beside,
     ) -> None:
+        super().__init__()
         self.profiles, self.rho_px, self.black = profiles, rho_px, black
         self.loss, self.mirrors = limb_loss(black), black >= 1.0
         self.sd = []
@@ -282,7 +273,6 @@ class _System:
         if beside.profiles and not self.mirrors:
             self._join(beside)
         self.floor = tuple(self.sd)
-        self.last: _Solved | None = None
 
     def _join(self, beside: Beside) -> None:
         """Add what brightness shows of the same light, after all else."""
@@ -317,15 +307,7 @@ class _System:
         mirrored = self.black * float(light[-1]) if self.mirrors else 0.0
         return light[: 2 * self.unknowns].reshape(2, -1), mirrored
 
-    def solve(self, q: np.ndarray) -> _Solved:
-        """Kept until another is asked for: slopes are asked for where residuals were."""
-        if self.last is None or not np.array_equal(q, self.last.q):
-            design, target = self._rows(q)
-            light, _ = nnls(design, target, maxiter=MOST_STEPS)
-            self.last = _Solved(q.copy(), design, light, design @ light - target)
-        return self.last
-
-    def _rows(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def rows(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Design (R, C) and target (R,) in units of the values' sd."""
         blur_px = averaged_blur_px(float(q[0]))
         shapes = lamp_shapes(self.rho_px, blur_px, self.loss)
@@ -461,7 +443,4 @@ class _System:
             sd = np.maximum(self.floor[i], np.sqrt(square))
             self.target[part] *= self.sd[i] / sd
             self.sd[i] = sd
-        self.last = None
-
-    def residuals(self, q: np.ndarray) -> np.ndarray:
-        return self.solve(q).off
+        self.forget()

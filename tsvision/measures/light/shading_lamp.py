@@ -26,7 +26,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import OptimizeResult, nnls
+from scipy.optimize import OptimizeResult
 
 from tsvision.measures.edges.shading import (
     BLUR_RANGE_PX,
@@ -44,6 +44,7 @@ from tsvision.measures.edges.shading import (
 )
 from tsvision.measures.light.beside import NONE, Beside
 from tsvision.measures.light.separable import (
+    Separable,
     changes,
     distinct,
     far_out_px,
@@ -67,7 +68,6 @@ TURNED_RAD = 1e-3  # by which a lamp is turned, to see what changes
 UNEVEN_SD = 0.1  # of the core's contrast: by how much what comes from all around is uneven
 COMMON = 4  # unknowns of both sides: the lamp, a sky of either side, and the lamp's gleam
 GLEAM = 3  # of them
-MOST_STEPS = 3000  # of a fit of light that is nowhere negative
 OWN = 4 + RAMPS  # unknowns of a side, the last of which are the ground's slopes
 
 
@@ -155,18 +155,7 @@ def starts(rho_px: float) -> list[tuple[tuple[float, float], float]]:
     return [*near, ((far, 0.0), -ASIDE_RAD), ((0.0, far), ASIDE_RAD)]
 
 
-@dataclass(frozen=True)
-class _Solved:
-    """For unknowns q (4,): light (C,) by least squares, the design (R, C) that it explains what is
-    seen by, and all residuals (R,) in their sd."""
-
-    q: np.ndarray
-    design: np.ndarray
-    light: np.ndarray
-    off: np.ndarray
-
-
-class _System:
+class _System(Separable):
     """The linear part: given q = (blur, both places, theta), the light of both profiles, and of
     what is beside them, by least squares."""
 
@@ -180,6 +169,7 @@ class _System:
         grooved: bool,
         glossy: bool,
     ) -> None:
+        super().__init__()
         self.profiles, self.sd, self.rho_px, self.black = profiles, sd, rho_px, black
         self.beside, self.grooved, self.glossy = beside, grooved, glossy
         self.loss = limb_loss(black)
@@ -192,18 +182,6 @@ class _System:
         prior[:2, 1:GLEAM] = [[0.5 / UNEVEN_SD, -0.5 / UNEVEN_SD], [1.0, 1.0]]
         prior[2, GLEAM] = 1.0 / GLEAM_SD
         self.prior = np.vstack([ramp_prior(OWN, common=COMMON), prior])
-        self.last: _Solved | None = None
-
-    def residuals(self, q: np.ndarray) -> np.ndarray:
-        return self.solve(q).off
-
-    def solve(self, q: np.ndarray) -> _Solved:
-        """Kept until another is asked for: slopes are asked for where residuals were."""
-        if self.last is None or not np.array_equal(q, self.last.q):
-            design, target = self._rows(q)
-            light, _ = nnls(design, target, maxiter=MOST_STEPS)
-            self.last = _Solved(q.copy(), design, light, design @ light - target)
-        return self.last
 
     def slopes(self, q: np.ndarray) -> np.ndarray:
         """How residuals change (R, 4) with each of q, where nothing is beside."""
@@ -232,7 +210,7 @@ class _System:
     def _shapes(self, q: np.ndarray, side: int) -> np.ndarray:
         return _shapes(self.rho_px, averaged_blur_px(float(q[0])), float(q[3]), side, self.loss)
 
-    def _rows(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def rows(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Design (R, C) and target (R,)."""
         target = self.seen.copy()
         # ambient, the ground's error, the groove and the ground's slope of each side
