@@ -86,7 +86,7 @@ def linear_signal(
     write and to read again than to look up."""
     codes = grey_codes(pixels, weights)
     if codes is not None:
-        return np.asarray(cv2.LUT(np.ascontiguousarray(codes), light_of_codes(gamma)))
+        return to_linear(np.ascontiguousarray(codes), gamma)
     if pixels.ndim == 3 and np.array_equal(weights, LUMA_BGR):
         pixels = to_luma(np.ascontiguousarray(pixels))
     if pixels.ndim == 2 or pixels.dtype != np.uint8:

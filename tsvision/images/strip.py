@@ -107,15 +107,14 @@ def cut_strip(
     s0 = float(np.ceil(s_range_px[0]))
     count = max(int(np.floor(s_range_px[1] - s0)) + 1, 1)
     s = s0 + np.arange(count)
+    origin, u = axis.at(np.array(s0)), axis.tangent(np.array(s0))
+    if axis.is_straight and picture.ndim == 2:
+        level = turned(picture, origin, u, count, half_px, light)
+        if level is not None:
+            return Strip(level, s0, half_px)
+    if light is not None:
+        picture = cv2.LUT(np.ascontiguousarray(picture), light)
     if axis.is_straight:
-        origin = axis.at(np.array(s0))
-        u = axis.tangent(np.array(s0))
-        if picture.ndim == 2:
-            level = turned(picture, origin, u, count, half_px, light)
-            if level is not None:
-                return Strip(level, s0, half_px)
-        if light is not None:
-            picture = cv2.LUT(np.ascontiguousarray(picture), light)
         normal = np.array([-u[1], u[0]])
         corner = origin - half_px * normal
         matrix = np.array([[u[0], normal[0], corner[0]], [u[1], normal[1], corner[1]]])
@@ -128,8 +127,6 @@ def cut_strip(
             borderValue=(np.nan,) * 4,
         )
         return Strip(values, s0, half_px)
-    if light is not None:
-        picture = cv2.LUT(np.ascontiguousarray(picture), light)
     centre, tangent = axis.at(s), axis.tangent(s)
     n = np.arange(-half_px, half_px + 1, dtype=float)[:, None]
     map_x = (centre[:, 0] - n * tangent[:, 1]).astype(np.float32)
