@@ -86,6 +86,16 @@ def test_a_leg_is_as_much_too_wide_as_the_edges_make_it(
     assert NEARLY_PX < 2.0 * gauge.sd_px < 1.5
 
 
+def test_of_dark_legs_that_gleam_less_than_half_is_seen(
+    dark: tuple[list[np.ndarray], Looks],
+) -> None:
+    pictures, looks = dark
+    px = -0.55 * STRAND_MM / looks.scale.mm_per_px
+    gauge = asked(pictures, looks, off_by(looks.shading, px))
+    assert gauge is not None
+    assert abs(gauge.wide_px - px) < 2.0 * gauge.sd_px < 0.5 * abs(px)
+
+
 def test_legs_as_thin_as_their_blur_tell_nothing(dark: tuple[list[np.ndarray], Looks]) -> None:
     pictures, looks = dark
     upper, lower = (replace(s, blur_px=3.0) for s in looks.shading)

@@ -34,7 +34,9 @@ STEEPEST = 1.0  # slope of a leg: a steeper one turns other limbs to the lamp th
 BLURS = 4.0  # that a leg must be wide: else what is seen of one edge holds some of the other
 MATCHED = 0.3  # weight of an edge that counts
 FEWEST = 15  # columns of a leg where both its edges do
-NEARLY = 0.5  # of a strand's diameter, by which what is measured may differ from it
+# Of a strand's diameter, what is measured of it: of dark ones that gleam hardly half is seen, and
+# what is as thick as one and a half is not one alone.
+THINNEST, THICKEST = 1.0 / 3.0, 1.5
 
 
 def gauge_from_legs(
@@ -53,7 +55,7 @@ def gauge_from_legs(
     """
     if not (strand_px > BLURS * shading[0].blur_px and np.isfinite(about_px + half_gap_px)):
         return None
-    off = []
+    seen_px = []
     for picture, cut in pairs:
         legs = legs_of(picture, cut, sight, about_px, plate_px, half_gap_px, None)
         if legs is None:
@@ -63,12 +65,12 @@ def gauge_from_legs(
         widths = [
             _width_px(picture, sight, leg, shading, strand_px) for leg in (legs.upper, legs.lower)
         ]
-        off.append(float(np.mean(widths)) - strand_px)
-    seen = np.array([each for each in off if abs(each) < NEARLY * strand_px])
-    if seen.size == 0:
+        seen_px.append(float(np.mean(widths)))
+    alone = np.array([w for w in seen_px if THINNEST * strand_px < w < THICKEST * strand_px])
+    if alone.size == 0:
         return None
-    wide = float(np.median(seen))
-    apart = deviation(seen) if seen.size > 1 else ALONE_SHARE * strand_px
+    wide = float(np.median(alone)) - strand_px
+    apart = deviation(alone) if alone.size > 1 else ALONE_SHARE * strand_px
     parts = TRANSFER_PX, TRANSFER_SHARE * wide, STRAND_SHARE * strand_px, apart
     return Witness(wide, float(np.linalg.norm(parts)))
 
