@@ -72,6 +72,16 @@ def test_a_shadow_on_the_ground_is_soft_and_no_strand() -> None:
     assert np.isnan(upper).all() and np.isnan(lower).all()
 
 
+def test_a_dark_fringe_and_what_rings_beyond_it_are_no_strands() -> None:
+    """Files store colour in blocks that ring beside a bundle: first below the ground, then above.
+    Where it ends the outline of an overtwisted bundle had spikes that were told as three knots."""
+    fringe = -0.09 * ((N > LIT + 3) & (N <= FAR - 2))
+    beyond = 0.07 * ((N > FAR - 2) & (N <= FAR + 2))
+    there = np.arange(COLUMNS) % 60 < 30
+    upper, lower = found((fringe + beyond)[:, None] * there)
+    assert np.isnan(upper).all() and np.isnan(lower).all()
+
+
 def test_fibres_are_no_strands() -> None:
     fibres = np.zeros((N.size, COLUMNS))
     for start in range(20, 280, 40):

@@ -63,6 +63,7 @@ def dim_edges(
         thin_px=max(round(THIN * strand_px), 3),
         sharp=SHARP,
         lit=LIT,
+        either=False,  # beside strands darker than ground is none of theirs: a colour's ringing
     )
     upper, lower = (_on_side(way, smooth, lit, width_px, strand_px, dim) for way in (1, -1))
     return _one_side(upper, lower, lit.bundle, LEAST_SHARE)
@@ -88,6 +89,7 @@ def sunk_edges(
         thin_px=max(round(SUNK_THIN * strand_px), 3),
         sharp=SUNK_SHARP,
         lit=np.inf,
+        either=True,  # lit parts of theirs lie within
     )
     negative, none = -_mean_of_three(contrast), np.full(contrast.shape[1], np.nan)
     upper, lower = (
@@ -102,7 +104,8 @@ class _Kind:
     """Of borders: how far beyond the lit ones they are sought, from how far within those on, and by
     how much beyond that they lie at least; over how many rows what they bound stands off the ground
     at least; gaps shorter than `bridged_px` columns lie between two of them; what reaches out over
-    less than `thin_px` columns is a fibre or a speck; `sharp` and `lit` as SHARP and LIT."""
+    less than `thin_px` columns is a fibre or a speck; `sharp` and `lit` as SHARP and LIT;
+    either: what lies between may stand off the ground to either side."""
 
     reach_px: float
     within_px: int
@@ -112,6 +115,7 @@ class _Kind:
     thin_px: int
     sharp: float
     lit: float
+    either: bool
 
 
 def _on_side(
@@ -190,7 +194,7 @@ def _beyond(
     least = max(NOISES * noise + steep, FAINTEST)
     border = border - kind.within_px
     reach_px = kind.reach_px + kind.within_px
-    asked = kind.thick_px, kind.sharp, kind.lit
+    asked = kind.thick_px, kind.sharp, kind.lit, kind.either
     place = _last_borders(contrast, border, least, reach_px, *asked)
     if kind.bridged_px > 1:
         seen = np.isfinite(place)
@@ -237,6 +241,7 @@ def _last_borders(
     thick: int,
     sharp: float,
     lit_enough: float,
+    either: bool,
 ) -> np.ndarray:  # pragma: no cover - compiled
     """Rows (M,) of the outermost border of a strand within `reach` beyond the lit one; NaN where
     none of strands is, or the lit border itself is unknown."""
@@ -260,7 +265,7 @@ def _last_borders(
         column = contrast[:, c]
         fall = column[last] - column[last + FALL_PX]
         if (
-            _is_joined(column, lit, row, 0.25 * least)
+            _is_joined(column, lit, row, 0.25 * least, either)
             and _is_thick(column, row, fall, thick)
             and _is_sharp(column, row, sharp, lit_enough)
         ):
@@ -270,15 +275,16 @@ def _last_borders(
 
 @numba.njit(cache=True)
 def _is_joined(
-    column: np.ndarray, lit: float, row: int, least: float
+    column: np.ndarray, lit: float, row: int, least: float, either: bool
 ) -> bool:  # pragma: no cover - compiled
-    """Whether most of what lies between two rows stands off the ground beyond: strands do; before a
-    fibre there is ground."""
+    """Whether most of what lies between two rows stands off the ground beyond, above it or to
+    `either` side: strands do; before a fibre there is ground."""
     ground = column[min(row + FALL_PX, column.size - 1)]
     between = gaps = 0
     for r in range(max(int(np.floor(lit)) + 1, 0), row):
+        off = column[r] - ground
         between += 1
-        gaps += abs(column[r] - ground) < least
+        gaps += (abs(off) if either else off) < least
     return gaps <= MOST_GAPS * between
 
 
