@@ -16,7 +16,7 @@ from tsvision.measures.helix.uncertainty import light_sd_px, place_sd_px
 from tsvision.measures.helix.windows import learning_windows, near_window
 from tsvision.measures.light import settle
 from tsvision.measures.light.blur import with_blur
-from tsvision.measures.light.rounds import EdgeLook, Round
+from tsvision.measures.light.rounds import EdgeLook, Round, wider_px
 from tsvision.measures.light.settle import _grown_px, _holds, _sent, _unstrained
 from tsvision.measures.recording import Measurer
 from tsvision.records import Frame, Rig, Strings, View
@@ -71,6 +71,17 @@ def test_what_settles_is_no_surer_than_what_its_template_makes_of_the_edges(
     monkeypatch.setattr(settle, "next_look", next_look)
     told = settle._settled([], pair_core(2), EdgeLook((plain_shading(5.0),) * 2, 20.0))
     assert told.shading[0].place_sd_px == pytest.approx(max(0.4, ahead_px))
+
+
+def test_bundles_that_are_thicker_in_a_frame_more_have_not_moved() -> None:
+    """Of six strings one frame shows a bundle 4.5 px thicker than the others; whether it is among
+    those that fit best is chance."""
+    shade = plain_shading(8.0)
+    look = EdgeLook((shade, shade), 58.75, frames_px={1: -0.05, 2: 0.05})
+    ahead = EdgeLook((shade, shade), 61.0, frames_px={2: -2.2, 3: 2.3})
+    assert wider_px(ahead, look) == pytest.approx(0.0)
+    assert _holds(look, ahead)
+    assert not _holds(look, replace(ahead, frames_px={2: -1.2, 3: 2.3}))
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,7 @@ class Cut:
     straightened, linear, in every BLACK_STEP-th column; sight: that it was straightened by;
     core_share: contrast on the axis, of the ground's light there; saturated: share of the bundle's
     core where the sensor is full; colours (R, M, 3): linear light
-    of strands of several colours, else None."""
+    of strands of several colours, else None; picture: id of what it was cut of."""
 
     contrast: np.ndarray
     light: np.ndarray
@@ -67,6 +67,7 @@ class Cut:
     sight: Sight
     core_share: float
     colours: np.ndarray | None = None
+    picture: int = 0
 
     @property
     def some_dim(self) -> bool:
@@ -151,6 +152,7 @@ def cut_frame(pixels: np.ndarray, sight: Sight, strand_px: float, half_px: int) 
         sight,
         share,
         strip.values if sight.signal.by_distance and strip.values.ndim == 3 else None,
+        id(pixels),
     )
 
 

@@ -67,8 +67,9 @@ class Round:
 
 @dataclass(frozen=True)
 class EdgeLook:
-    """shading of the upper and lower edge; diameter_px of the bundles fitted; trust: how much
-    either edge counts in a fit; steady: whether the frames are equally sharp; hidden_px: how much
+    """shading of the upper and lower edge; diameter_px of the bundles fitted, and frames_px: how
+    much thicker they are in each of the frames, by its picture's id; trust: how much either edge
+    counts in a fit; steady: whether the frames are equally sharp; hidden_px: how much
     of the width may lie beyond edges that are no strand's; apart_px: sd of the widths that frames
     show, where rounds went to and fro; stored: how files keep the colour that strings are told by,
     where that is to be undone; bright: what shows the same edges by brightness, where that is asked
@@ -83,11 +84,16 @@ class EdgeLook:
     stored: Stored | StoredLuma | None = None
     bright: BrightCuts | None = None
     last: Round = Round()
+    frames_px: dict[int, float] = field(default_factory=dict)
 
-    @property
-    def settled_px(self) -> float:
-        """D of the same bundles, were their edges where the last round saw the true ones."""
-        return self.diameter_px - sum(self.last.places_px)
+
+def wider_px(look: EdgeLook, other: EdgeLook) -> float:
+    """By how much D is larger by one look than by another, in the frames that told both, if any
+    did: six strings may be a twelfth thicker after four turns more, and which of the frames fit
+    best is chance."""
+    shared = look.frames_px.keys() & other.frames_px.keys()
+    apart = [look.frames_px[frame] - other.frames_px[frame] for frame in shared] or [0.0]
+    return look.diameter_px - other.diameter_px + float(np.median(apart))
 
 
 def less_sure(look: EdgeLook, by_px: float) -> EdgeLook:
@@ -115,7 +121,8 @@ def next_look(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
         limit = SHARP * np.nanmin(list(blurs.values()))
         fits = [f for f in fits if not blurs[id(f.cut)] > limit]
     fits = _best(fits)
-    diameter = float(np.median([f.bundle.fit.diameter_px for f in fits]))
+    told_px = _of_frames(fits, np.array([f.bundle.fit.diameter_px for f in fits]))
+    diameter = float(np.median(list(told_px.values())))
     each = [(f.edges, f.bundle) for f in fits]
     shape = shape_of(each, look.shading[0].blur_px)
     found = Round(
@@ -126,7 +133,8 @@ def next_look(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
         coils=coils,
         shown=frozenset(id(f.cut) for f in fits),
     )
-    fitted = replace(look, diameter_px=diameter, steady=steady, last=found)
+    frames_px = {f.cut.picture: told_px[id(f.cut)] - diameter for f in fits}
+    fitted = replace(look, diameter_px=diameter, frames_px=frames_px, steady=steady, last=found)
     taught = _taught(fits, shape, look)
     if taught is None:  # what the round before moved edges by is not proved
         return less_sure(fitted, look.last.moved_px)

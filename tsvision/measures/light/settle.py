@@ -11,7 +11,14 @@ from tsvision.measures.edges.cut import Cut
 from tsvision.measures.edges.shading import Shading
 from tsvision.measures.helix.silhouette import Section
 from tsvision.measures.helix.uncertainty import light_sd_px, place_sd_px
-from tsvision.measures.light.rounds import SUREST_PX, EdgeLook, less_sure, next_look, widths_px
+from tsvision.measures.light.rounds import (
+    SUREST_PX,
+    EdgeLook,
+    less_sure,
+    next_look,
+    wider_px,
+    widths_px,
+)
 
 ROUNDS = (2, 8, 14)  # at least, at most, and at most while each moves the edges less, ...
 SETTLED_PX = 0.1  # ... until their places move by no more
@@ -52,8 +59,10 @@ def _holds(look: EdgeLook, ahead: EdgeLook) -> bool:
     """Whether a look's own template finds the bundles as thick as the look says they are: along a
     dark limb it may well find others, pixels away, or see the limb there."""
     light_px = light_sd_px(look.shading)
-    found_px, said_px = (abs(px - look.settled_px) for px in (ahead.diameter_px, ahead.settled_px))
-    return found_px < max(light_px, SETTLED_PX) and said_px < max(TAKEN_BACK * light_px, SETTLED_PX)
+    found_px = wider_px(ahead, look) + sum(look.last.places_px)
+    said_px = found_px - sum(ahead.last.places_px)
+    held = abs(found_px) < max(light_px, SETTLED_PX)
+    return held and abs(said_px) < max(TAKEN_BACK * light_px, SETTLED_PX)
 
 
 def _unstrained(looks: list[EdgeLook]) -> EdgeLook:
@@ -96,7 +105,8 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
     """
     if any(cut.in_colour for cut in cuts):
         return look
-    said_px = np.array([r.settled_px for r in rounds])
+    said_px = np.array([wider_px(r, look) - sum(r.last.places_px) for r in rounds])
+    said_px += look.diameter_px
     sds_px = np.maximum([light_sd_px(r.shading) for r in rounds], SUREST_PX)
     width_px = _middle(said_px, 1.0 / sds_px**2)
     spread_px = 1.4826 * _middle(np.abs(said_px - width_px), 1.0 / sds_px**2)

@@ -30,7 +30,7 @@ from tsvision.measures.helix.uncertainty import light_sd_px, place_sd_px
 from tsvision.measures.light.beside import SHARP_PX
 from tsvision.measures.light.bright import BrightCuts
 from tsvision.measures.light.learnt import Learnt, cut_alike, learn_edges, toned
-from tsvision.measures.light.rounds import EdgeLook, Round, less_sure, next_look
+from tsvision.measures.light.rounds import EdgeLook, Round, less_sure, next_look, wider_px
 from tsvision.measures.light.settle import settle
 from tsvision.measures.light.stored import colours_in, is_halved, luma_in, stored_in
 from tsvision.measures.light.witness import Witness, heard
@@ -198,20 +198,20 @@ def _as_bright(
     # Rounds need not have settled: one more of each kind, from the same edges on.
     plain = next_look(learnt.cuts, section, edge)
     both = next_look(learnt.cuts, section, replace(edge, bright=bright))
-    wider_px = both.settled_px - plain.settled_px
-    if abs(wider_px) > MOST_PX:
+    by_px = wider_px(both, plain) - sum(both.last.places_px) + sum(plain.last.places_px)
+    if abs(by_px) > MOST_PX:
         unsure = _joined(edge, other.edge) if seen else less_sure(edge, place_sd_px(MOST_PX))
         return replace(learnt, edge=unsure)
     own, alone, told = (light_sd_px(look.shading) for look in (edge, plain, both))
     # Limbs that stand out from their ground by little, alone, may be gloss: half is believed then.
     believed, not_known = (1.0, 0.5) if seen else (0.5, 1.0)
-    sd_px = float(np.sqrt(max(own**2 - alone**2, 0.0) + told**2 + (not_known * wider_px) ** 2))
-    wider_px *= believed
+    sd_px = float(np.sqrt(max(own**2 - alone**2, 0.0) + told**2 + (not_known * by_px) ** 2))
+    by_px *= believed
     upper, lower = (
-        replace(s, beyond_px=s.beyond_px + 0.5 * wider_px, place_sd_px=place_sd_px(sd_px))
+        replace(s, beyond_px=s.beyond_px + 0.5 * by_px, place_sd_px=place_sd_px(sd_px))
         for s in edge.shading
     )
-    moved = replace(edge, shading=(upper, lower), diameter_px=edge.diameter_px + wider_px)
+    moved = replace(edge, shading=(upper, lower), diameter_px=edge.diameter_px + by_px)
     return replace(learnt, edge=moved)
 
 
@@ -227,12 +227,12 @@ def _as_stored(learnt: Learnt, sharp_px: float, section: Section) -> Learnt:
     if stored is None:
         return learnt
     undone = settle(learnt.cuts, section, replace(edge, stored=stored))
-    wider_px = undone.diameter_px - edge.diameter_px
-    if abs(wider_px) > MOST_PX:  # rounds that did not settle
+    by_px = wider_px(undone, edge)
+    if abs(by_px) > MOST_PX:  # rounds that did not settle
         return learnt
-    upper, lower = (replace(s, beyond_px=s.beyond_px + 0.5 * wider_px) for s in edge.shading)
-    moved = replace(edge, shading=(upper, lower), diameter_px=undone.diameter_px)
-    return replace(learnt, edge=less_sure(moved, place_sd_px(0.5 * wider_px)))
+    upper, lower = (replace(s, beyond_px=s.beyond_px + 0.5 * by_px) for s in edge.shading)
+    moved = replace(edge, shading=(upper, lower), diameter_px=edge.diameter_px + by_px)
+    return replace(learnt, edge=less_sure(moved, place_sd_px(0.5 * by_px)))
 
 
 def _pairs(learnt: Learnt, other: Learnt) -> dict[int, Cut]:
@@ -266,11 +266,11 @@ def _joined(colour: EdgeLook, bright: EdgeLook) -> EdgeLook:
     told = bright.last.frames >= max(min(FEWEST, colour.last.frames), 1)
     if not (told and _is_whole(bright, colour)):
         return colour
-    wide_px = colour.diameter_px - bright.diameter_px
+    wide_px = wider_px(colour, bright)
     alone_px = float(np.hypot(light_sd_px(bright.shading), BRIGHT_SD_PX))
     sd_px = alone_px * _times_worse(bright, colour)
-    shading, wider_px = heard(colour.shading, Witness(wide_px, sd_px), apart_px=wide_px)
-    return replace(colour, shading=shading, diameter_px=colour.diameter_px + wider_px)
+    shading, by_px = heard(colour.shading, Witness(wide_px, sd_px), apart_px=wide_px)
+    return replace(colour, shading=shading, diameter_px=colour.diameter_px + by_px)
 
 
 def _tells_more(bright: EdgeLook, colour: EdgeLook) -> bool:
@@ -318,7 +318,7 @@ def _is_no_thicker(edge: EdgeLook, hue: EdgeLook) -> bool:
     """Whether strings are thicker by no more than their limbs may fade in a hue: else it is they
     and their shadow."""
     faded_px = max(UNSURE * light_sd_px(hue.shading), FADED_RHO * edge.shading[0].rho_px)
-    return edge.diameter_px - hue.diameter_px < faded_px
+    return wider_px(edge, hue) < faded_px
 
 
 def _is_matched(edge: EdgeLook) -> bool:
@@ -364,7 +364,7 @@ def _is_whole(bright: EdgeLook, colour: EdgeLook) -> bool:
     """Whether brightness shows the limbs: lit ones may be as bright as their ground."""
     unsure_px = UNSURE * light_sd_px(colour.shading)
     faded_px = max(FADED_PX, FADED_RHO * colour.shading[0].rho_px, unsure_px)
-    return bright.diameter_px > colour.diameter_px - faded_px
+    return wider_px(colour, bright) < faded_px
 
 
 def _times_worse(bright: EdgeLook, colour: EdgeLook) -> float:
