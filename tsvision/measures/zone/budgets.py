@@ -59,8 +59,9 @@ def add_budgets(
     fits = [f for f in (near, mid) if f is not None]
     if not fits:
         return row
-    ends = list(knot_ends_px)
     coiled = [f for f in fits if f.fit.coiled]
+    # Knots form of coils: what stands out of a bundle that coils nowhere is none, or hardly ever.
+    ends = list(knot_ends_px) if coiled else []
     best = min(coiled, key=lambda f: weighed(f.fit, NAN), default=fits[0])
     of_best = expected_along(best, edges, envelope, ends, apex_px, end)
     followed = follow(best, edges, of_best, apex_px, end) if coiled else None
@@ -83,6 +84,10 @@ def add_budgets(
     held = float(np.mean([each.knot_turns for each in found]))
     apart = float(np.hypot(ENDS_SD, LEGS_SD)) if looks.strand_count > 2 else ENDS_SD
     sd = float(np.hypot(apart, turn_rate * turns_seen) + 0.5 * np.ptp(turns) + KNOT_SD * held)
+    if knot_ends_px and not coiled:
+        lone = list(knot_ends_px)
+        held_here = expected_along(best, edges, envelope, lone, apex_px, end)
+        sd += 0.5 * abs(laid_between(held_here, lone, apex_px, end).turns + 0.25 - turns_seen)
     if followed is not None:
         untold = 1.0 - float(followed.told(np.arange(np.ceil(apex_px), end)).mean())
         sd += UNTOLD_SD * untold * turns_seen
