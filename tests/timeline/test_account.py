@@ -19,7 +19,9 @@ from tests.timeline.series import (
 )
 from tsvision.records import Actuator, Rig
 from tsvision.timeline.account import Account, account
+from tsvision.timeline.consistency import mismatch
 from tsvision.timeline.criteria import Criteria
+from tsvision.timeline.order import order_frames
 
 RIG = Rig(actuator=Actuator(twisting_zone_mm=23.2, hole_diameter_mm=0.6))
 
@@ -236,3 +238,23 @@ def test_where_no_helix_fits_the_middle_of_the_edges_tells_of_coiling(
     assert onset.status == "observed"
     assert 0.0 <= onset.turns - series.overtwist_turns <= late
     assert onset.low <= series.overtwist_turns
+
+
+@pytest.mark.parametrize(("last", "believed"), [(7, True), (3, False)])
+def test_seven_frames_that_follow_the_turns_say_that_they_are_right(
+    last: int, believed: bool
+) -> None:
+    """Of eight frames turns apart the first showed no pitch and a ragged outline (`wild 1463`):
+    what coils were read from all eight followed by chance no better than shuffled ones, and the
+    pitch of seven, which falls in every one, was not asked."""
+    frames = pd.DataFrame(
+        {
+            "frame": range(8),
+            "turns": [3.2, 7.7, 11.6, 17.9, 28.0, 37.3, 37.4, 41.7],
+            "pitch_px": [np.nan, 97.7, 71.3, 50.2, 49.5, 45.5, 45.0, 40.0],
+            "diameter_px": [30.0] * 8,
+            "unevenness": [0.091, 0.036, 0.098, 0.006, 0.143, 0.230, 0.228, 0.226],
+        }
+    )
+    frames.loc[7, "pitch_px"], frames.loc[last, "pitch_px"] = frames["pitch_px"][[last, 7]]
+    assert (mismatch(frames, order_frames(frames)) == "") is believed

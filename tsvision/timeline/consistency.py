@@ -31,7 +31,9 @@ LEAST_SEEN = 0.3
 MOST_BLUR = 0.38  # sd over a string's diameter: strings side by side then differ by 6 % of contrast
 LEAST_OF_SOLID = 0.7  # scale, edges and hard light may be off by so much, not by more
 MOST_OF_RING = 1.6
-LEAST_FRAMES = 8
+LEAST_FRAMES = 8  # of which a series that does not follow tells against the turns
+# Of fewer one in 700 would follow so well by chance: they may tell for them.
+FEWEST_FRAMES, FEW_RANK_CORRELATION = 6, 0.95
 LEAST_TURNS = 5.0
 LEAST_RANK_CORRELATION = 0.4
 CHANCE_SDS = 2.6  # a shuffled series of n frames correlates by 1 / sqrt(n - 1), one sd
@@ -52,8 +54,8 @@ def mismatch(frames: pd.DataFrame, order: Order, rig: Rig = Rig()) -> str:
     unseen = not_the_strings(frames, order, rig) or _not_of_their_width(frames, rig)
     if unseen:
         return unseen
-    ranks = _following(frames, order, given)
-    if not ranks or any(rank >= least for rank, least in ranks):
+    followed, ranks = _following(frames, order, given)
+    if followed or not ranks:
         return ""
     how = "fall" if any(rank <= -least for rank, least in ranks) else "do not follow"
     return (
@@ -62,23 +64,30 @@ def mismatch(frames: pd.DataFrame, order: Order, rig: Rig = Rig()) -> str:
     )
 
 
-def _following(frames: pd.DataFrame, order: Order, given: np.ndarray) -> list[tuple[float, float]]:
-    """Rank correlation with the turns, and what chance could reach at most, of everything that
-    rises with them. One that does is enough: any of them can be misread for a whole stretch (a
-    wrong harmonic of the strands) or be level (no coiling yet)."""
+def _following(
+    frames: pd.DataFrame, order: Order, given: np.ndarray
+) -> tuple[bool, list[tuple[float, float]]]:
+    """Whether anything that rises with the turns does follow them, and of what is seen often enough
+    the rank correlation and what chance could reach at most. One that does is enough: any of them
+    can be misread for a whole stretch (a wrong harmonic of the strands) or be level (no coiling
+    yet)."""
     series = [(numbers(frames, column), sign) for column, sign in RISING]
     series += [(in_diameters(frames, name, frames), 1) for name in RISING_LENGTHS]
-    ranks = []
+    ranks, followed = [], False
     for values, sign in series:
         seen = np.abs(values[order.rows])
         both = np.isfinite(seen) & given
-        if both.sum() < LEAST_FRAMES or np.ptp(order.wind[both]) < LEAST_TURNS:
+        if both.sum() < FEWEST_FRAMES or np.ptp(order.wind[both]) < LEAST_TURNS:
             continue
-        if np.ptp(seen[both]) > 0:
-            rank = float(spearmanr(order.wind[both], sign * seen[both]).statistic)
-            by_chance = min(CHANCE_SDS / np.sqrt(both.sum() - 1), 0.85)
-            ranks.append((rank, max(LEAST_RANK_CORRELATION, float(by_chance))))
-    return ranks
+        if np.ptp(seen[both]) == 0:
+            continue
+        rank = float(spearmanr(order.wind[both], sign * seen[both]).statistic)
+        if both.sum() < LEAST_FRAMES:
+            followed |= rank >= FEW_RANK_CORRELATION
+            continue
+        by_chance = min(CHANCE_SDS / np.sqrt(both.sum() - 1), 0.85)
+        ranks.append((rank, max(LEAST_RANK_CORRELATION, float(by_chance))))
+    return followed or any(rank >= least for rank, least in ranks), ranks
 
 
 def miscounted(frames: pd.DataFrame, order: Order, criteria: Criteria = Criteria()) -> str:
