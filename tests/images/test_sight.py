@@ -150,6 +150,19 @@ def test_strings_and_their_shadow_in_one_are_told_from_strings() -> None:
     assert not swallows(both, line(20.0, 20.0, 22.0))
 
 
+def test_a_line_askew_between_strings_and_their_shadow_holds_the_strings() -> None:
+    """Cream strings close to green cloth: of a run 42 px wide, which a hue showed to be 30, the
+    line lay half a width off at the picture's border, and D was told to 14 px of 28."""
+
+    def line(start: float, stop: float, width: float, by_hue: bool = False) -> Trial:
+        axis = straight_axis(np.array([0.0, start]), np.array([399.0, stop]))
+        return Trial(axis, width, 100.0, darker=False, by_hue=by_hue)
+
+    both = line(81.5, 66.0, 22.0)
+    assert swallows(both, line(70.0, 60.0, 16.5, by_hue=True))
+    assert not swallows(both, line(70.0, 60.0, 17.5, by_hue=True))
+
+
 def test_two_colours_with_a_shadow() -> None:
     """Yellow and blue on grey: seen by colour across the ground's, in which shadows have none."""
     yellow, blue = (0.2, 0.62, 0.7), (0.55, 0.25, 0.1)

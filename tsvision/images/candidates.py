@@ -16,7 +16,8 @@ from tsvision.images.strip import Axis, cut_strip, straight_axis
 PARALLEL = 0.1  # sine of the angle between strings and their shadow on a ground beneath
 CAST_D, CAST_SHARE = 4.0, 0.4  # widths beside them; what speaks for them over what for the shadow
 SWALLOWED, SWALLOWED_SHARE = 1.8, 0.6  # widths of strings with their shadow; what speaks for them
-BY_HUE, AS_MUCH = 1.4, 0.9  # the same beside strings by a hue, which shows no shadow
+BY_HUE, AS_MUCH = 1.3, 0.9  # the same beside strings by a hue, which shows no shadow
+WITHIN = 0.25, 0.75  # of a line's length, between which it lies in another's run
 APART = 1.5  # spreads between strings and ground from which nothing speaks against a line
 # Angle of a leg to the bundle, rad; by how much the two may differ, of their mean, and how far
 # apart they may cross it, in widths; what speaks for the bundle between over what for a leg.
@@ -123,8 +124,9 @@ def swallows(trial: Trial, other: Trial) -> bool:
         return False
     start = trial.axis.at(np.array([0.0]))[0]
     along = trial.axis.tangent(np.array([0.5 * trial.axis.length_px]))[0]
-    ends = other.axis.at(np.array([0.0, other.axis.length_px])) - start
-    aside = np.abs(along[0] * ends[:, 1] - along[1] * ends[:, 0])
+    # Not at the picture's borders: either line may be a little askew.
+    within = other.axis.at(other.axis.length_px * np.array(WITHIN)) - start
+    aside = np.abs(along[0] * within[:, 1] - along[1] * within[:, 0])
     return bool((aside < 0.5 * trial.width_px).all())
 
 
