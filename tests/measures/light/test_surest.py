@@ -262,15 +262,14 @@ def learnt_along(*columns: int) -> Learnt:
     """Pictures 0, 1, ..., of which a signal shows the bundle along so many columns."""
     bundles = (np.arange(600) < many for many in columns)
     cuts = [
-        SimpleNamespace(silhouette=SimpleNamespace(bundle=b), contrast=np.zeros((9, 600)))
-        for b in bundles
+        SimpleNamespace(
+            silhouette=SimpleNamespace(bundle=b), contrast=np.zeros((9, 600)), picture=i
+        )
+        for i, b in enumerate(bundles)
     ]
     sight = SimpleNamespace(start_px=10.0, end_px=610.0)
-    pairs = [(PICTURES[i], cut) for i, cut in enumerate(cuts)]
+    pairs = [(np.zeros(1), cut) for cut in cuts]
     return Learnt(sight, pairs, look_of(0.3))  # type: ignore[arg-type]
-
-
-PICTURES = [np.zeros(1) for _ in range(4)]  # told by what they are, not by what they show
 
 
 @pytest.mark.parametrize(

@@ -237,8 +237,8 @@ def _as_stored(learnt: Learnt, sharp_px: float, section: Section) -> Learnt:
 
 def _pairs(learnt: Learnt, other: Learnt) -> dict[int, Cut]:
     """What another signal shows of the same pictures, by the id of the cut in the first."""
-    cuts = {id(picture): cut for picture, cut in other.pairs}
-    pairs = ((mine, cuts.get(id(picture))) for picture, mine in learnt.pairs)
+    cuts = {cut.picture: cut for cut in other.cuts}
+    pairs = ((mine, cuts.get(mine.picture)) for mine in learnt.cuts)
     return {
         id(mine): cut
         for mine, cut in pairs
