@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from tests.bench.pictures48_draw import cases, draw
 from tsvision.images.sight import Told, find_sight
 from tsvision.measures.edges.cut import Cut, cut_frame
 from tsvision.measures.edges.shading import plain_shading
-from tsvision.measures.helix import bundle
 from tsvision.measures.helix.section import pair_core
 from tsvision.measures.helix.silhouette import Section
 from tsvision.measures.light import rounds
@@ -42,8 +40,8 @@ def test_only_straight_bundles_say_whose_a_blur_is(
 ) -> None:
     """Coils are not as thick as each other: that they happen to agree better under blurs of their
     own had a film that was left to the encoder measured twice a frame."""
-    found = SimpleNamespace(fit=SimpleNamespace(coiled=coiled, diameter_px=20.0))
-    fits = [SimpleNamespace(cut=SimpleNamespace(), bundle=found) for _ in range(4)]
+    bundle = SimpleNamespace(fit=SimpleNamespace(coiled=coiled, diameter_px=20.0))
+    fits = [SimpleNamespace(cut=SimpleNamespace(), bundle=bundle) for _ in range(4)]
     blurs = {id(f.cut): blur for f, blur in zip(fits, (0.8, 0.9, 1.0, 1.1), strict=True)}
     monkeypatch.setattr(rounds, "agree_better", lambda _shared, _own: True)
     monkeypatch.setattr(rounds, "_own_diameter_px", lambda *_: 20.0)
@@ -53,8 +51,8 @@ def test_only_straight_bundles_say_whose_a_blur_is(
 @pytest.mark.parametrize("in_colour", [False, True])
 def test_two_readings_by_colour_do_not_say_that_frames_differ(in_colour: bool) -> None:
     cut = SimpleNamespace(in_colour=in_colour)
-    found = SimpleNamespace(fit=SimpleNamespace(coiled=False, diameter_px=20.0))
-    fits = [SimpleNamespace(cut=cut, bundle=found)]
+    bundle = SimpleNamespace(fit=SimpleNamespace(coiled=False, diameter_px=20.0))
+    fits = [SimpleNamespace(cut=cut, bundle=bundle)]
     assert _steady(fits, {1: 0.8, 2: 2.6}, None, None) is in_colour  # type: ignore[arg-type]
 
 
@@ -104,28 +102,6 @@ def test_a_round_that_teaches_nothing_leaves_edges_as_unsure_as_they_were_moved(
     assert after.last.moved_px == 0.0
     again = next_look(cuts, section, after)
     assert again.shading == after.shading
-
-
-def test_a_straight_bundle_that_fits_badly_is_searched_for_coils_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """In colour that files keep in blocks no helix fits well: three frames of six white strings on
-    wood were searched for coils in each of thirty rounds, for a minute."""
-    cuts, section, look = a_look()
-    sought = 0
-
-    def search(*given: Any) -> Any:
-        nonlocal sought
-        sought += 1
-        return given[5]  # the best so far: no coil is found
-
-    monkeypatch.setattr(bundle, "_coiled", search)
-    monkeypatch.setattr(bundle, "_needs_no_coil", lambda *_: False)
-    monkeypatch.setattr(rounds, "POOR", 0.0)
-    first = next_look(cuts, section, look)
-    assert sought == 1
-    next_look(cuts, section, first)
-    assert sought == 1
 
 
 def test_of_frames_unlike_in_blur_each_shows_its_width_by_its_own(

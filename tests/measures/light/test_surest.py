@@ -400,15 +400,12 @@ def test_straight_bundles_by_brightness_need_not_be_as_many_as_coils_by_colour()
     (`--wild 687`)."""
     bright = look_of(0.08, diameter_px=23.1, frames=2, rms_px=0.3, matched=1.0)
     colour = look_of(0.8, diameter_px=26.5, frames=8, rms_px=0.66)
-    coil = SimpleNamespace(fit=SimpleNamespace(coiled=True))
-    searched: dict[int, BundleFit] = {1: coil}  # type: ignore[dict-item]
-    assert _tells_more(bright, having(colour, searched=searched))
+    coils: dict[int, BundleFit] = {1: None}  # type: ignore[dict-item]
+    assert _tells_more(bright, having(colour, coils=coils))
     assert not _tells_more(bright, colour)  # six straight ones missed
-    assert not _tells_more(having(bright, frames=1), having(colour, searched=searched))
+    assert not _tells_more(having(bright, frames=1), having(colour, coils=coils))
     surer = look_of(0.2, diameter_px=26.5, frames=8, rms_px=0.66)
-    assert not _tells_more(
-        bright, having(surer, searched=searched)
-    )  # lit limbs as bright as the ground
+    assert not _tells_more(bright, having(surer, coils=coils))  # lit limbs as bright as the ground
 
 
 def test_colour_and_brightness_that_tell_about_as_much_are_joined() -> None:

@@ -47,9 +47,8 @@ class Round:
     """What a round found under the look before it. places_px: where it saw the true edges, inside
     (> 0) those found; strain: how far off, in squares of their sd, light and the outline's shape
     each found the bundles fitted; frames: in how many a bundle was fitted, rms_px: its residuals,
-    the median, and matched: share of its columns whose edges were found; searched: what was fitted
-    where coils were looked for, straight or not, each by its cut's id, which the next round begins
-    from; shown: ids of the cuts that it was told by, those
+    the median, and matched: share of its columns whose edges were found; coils: fitted, each by its
+    cut's id, which the next round begins from; shown: ids of the cuts that it was told by, those
     that fit best."""
 
     places_px: tuple[float, float] = (0.0, 0.0)
@@ -57,18 +56,13 @@ class Round:
     frames: int = 0
     rms_px: float = float("nan")
     matched: float = 0.0
-    searched: dict[int, BundleFit] = field(default_factory=dict)
+    coils: dict[int, BundleFit] = field(default_factory=dict)
     shown: frozenset[int] = frozenset()
 
     @property
     def moved_px(self) -> float:
         """How far the edges went in it."""
         return max(abs(place) for place in self.places_px)
-
-    @property
-    def coiled(self) -> bool:
-        """Whether a coil was fitted."""
-        return any(bundle.fit.coiled for bundle in self.searched.values())
 
 
 @dataclass(frozen=True)
@@ -114,13 +108,12 @@ def next_look(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
     """What a look's own template makes of the edges."""
     seen = [(cut, replace(find_edges(cut, look.shading), trust=look.trust)) for cut in cuts]
     fits = _fitted(seen, section, look.diameter_px, coil=False)
-    searched: list[_Fitted] = []
     if not any(f.bundle.fit.cost < POOR for f in fits):
-        searched = _fitted(seen, section, look.diameter_px, coil=True, last=look.last.searched)
-        fits += searched
+        fits += _fitted(seen, section, look.diameter_px, coil=True, last=look.last.coils)
     if not fits:
         unmoved = replace(look.last, places_px=(0.0, 0.0))
         return less_sure(replace(look, steady=True, last=unmoved), look.last.moved_px)
+    coils = {id(f.cut): f.bundle for f in fits if f.bundle.fit.coiled}
     frames = len({id(f.cut) for f in fits})
     blurs = _blurs_px(fits, look.shading)
     steady = _steady(fits, blurs, section, look)
@@ -137,7 +130,7 @@ def next_look(cuts: list[Cut], section: Section, look: EdgeLook) -> EdgeLook:
         frames=frames,
         rms_px=float(np.median([f.bundle.fit.rms_px for f in fits])),
         matched=float(np.median([f.edges.both_seen[f.cut.silhouette.bundle].mean() for f in fits])),
-        searched={id(f.cut): f.bundle for f in searched},
+        coils=coils,
         shown=frozenset(id(f.cut) for f in fits),
     )
     frames_px = {f.cut.picture: told_px[id(f.cut)] - diameter for f in fits}
@@ -165,7 +158,7 @@ def widths_px(cuts: list[Cut], section: Section, look: EdgeLook) -> dict[int, fl
     fits = _fitted(seen, section, look.diameter_px, coil=False)
     straight = {id(f.cut) for f in fits}
     rest = [(cut, edges) for cut, edges in seen if id(cut) not in straight]
-    fits += _fitted(rest, section, look.diameter_px, coil=True, last=look.last.searched)
+    fits += _fitted(rest, section, look.diameter_px, coil=True, last=look.last.coils)
     if look.steady:
         found = [f.bundle.fit.diameter_px for f in fits]
     else:

@@ -285,7 +285,7 @@ def _is_surer(edge: EdgeLook, other: EdgeLook) -> bool:
         return edge.last.frames > 0
     surer = light_sd_px(edge.shading) < SURER * light_sd_px(other.shading)
     # Coils are tried where no straight bundle fits: as many frames as with them need not show one.
-    frames = FEWEST if other.last.coiled and not edge.last.coiled else other.last.frames
+    frames = FEWEST if other.last.coils and not edge.last.coils else other.last.frames
     better = _cost_px2(edge.last, frames) <= _cost_px2(other.last, other.last.frames)
     return surer and better
 
