@@ -64,6 +64,11 @@ class Round:
         """How far the edges went in it."""
         return max(abs(place) for place in self.places_px)
 
+    @property
+    def wide_px(self) -> float:
+        """By how much D is too large by the edges found."""
+        return sum(self.places_px)
+
 
 @dataclass(frozen=True)
 class EdgeLook:

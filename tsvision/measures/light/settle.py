@@ -59,8 +59,8 @@ def _holds(look: EdgeLook, ahead: EdgeLook) -> bool:
     """Whether a look's own template finds the bundles as thick as the look says they are: along a
     dark limb it may well find others, pixels away, or see the limb there."""
     light_px = light_sd_px(look.shading)
-    found_px = wider_px(ahead, look) + sum(look.last.places_px)
-    said_px = found_px - sum(ahead.last.places_px)
+    found_px = wider_px(ahead, look) + look.last.wide_px
+    said_px = found_px - ahead.last.wide_px
     held = abs(found_px) < max(light_px, SETTLED_PX)
     return held and abs(said_px) < max(TAKEN_BACK * light_px, SETTLED_PX)
 
@@ -105,7 +105,7 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
     """
     if any(cut.in_colour for cut in cuts):
         return look
-    said_px = np.array([wider_px(r, look) - sum(r.last.places_px) for r in rounds])
+    said_px = np.array([wider_px(r, look) - r.last.wide_px for r in rounds])
     said_px += look.diameter_px
     sds_px = np.maximum([light_sd_px(r.shading) for r in rounds], SUREST_PX)
     width_px = _middle(said_px, 1.0 / sds_px**2)

@@ -198,7 +198,7 @@ def _as_bright(
     # Rounds need not have settled: one more of each kind, from the same edges on.
     plain = next_look(learnt.cuts, section, edge)
     both = next_look(learnt.cuts, section, replace(edge, bright=bright))
-    by_px = wider_px(both, plain) - sum(both.last.places_px) + sum(plain.last.places_px)
+    by_px = wider_px(both, plain) - both.last.wide_px + plain.last.wide_px
     if abs(by_px) > MOST_PX:
         unsure = _joined(edge, other.edge) if seen else less_sure(edge, place_sd_px(MOST_PX))
         return replace(learnt, edge=unsure)

@@ -86,8 +86,8 @@ def add_budgets(
     sd = float(np.hypot(apart, turn_rate * turns_seen) + 0.5 * np.ptp(turns) + KNOT_SD * held)
     if knot_ends_px and not coiled:
         lone = list(knot_ends_px)
-        held_here = expected_along(best, edges, envelope, lone, apex_px, end)
-        sd += 0.5 * abs(laid_between(held_here, lone, apex_px, end).turns + 0.25 - turns_seen)
+        coils = expected_along(best, edges, envelope, lone, apex_px, end)
+        sd += 0.5 * abs(0.25 + laid_between(coils, lone, apex_px, end).turns - turns_seen)
     if followed is not None:
         untold = 1.0 - float(followed.told(np.arange(np.ceil(apex_px), end)).mean())
         sd += UNTOLD_SD * untold * turns_seen
