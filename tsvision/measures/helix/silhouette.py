@@ -134,11 +134,22 @@ def climb(p):  # pragma: no cover - compiled
 
 
 @numba.njit(cache=True, inline="always")
-def given(give, i, cp, sp):  # pragma: no cover - compiled
-    """How far strand i gives outward and around, and the derivatives of both along its angle psi
-    from the bend's inner side, of which cosine and sine are told. give (N, 2, 5)."""
-    o, o_c, o_s, o_c2, o_s2 = give[i, 0]
-    a, a_c, a_s, a_c2, a_s2 = give[i, 1]
+def give_of(give, i):  # pragma: no cover - compiled
+    """Strand i's share of give (N, 2, 5), told once for all points of the strand: a loop that asks
+    the array takes twice as long."""
+    outward, around = give[i, 0], give[i, 1]
+    return (
+        (outward[0], outward[1], outward[2], outward[3], outward[4]),
+        (around[0], around[1], around[2], around[3], around[4]),
+    )
+
+
+@numba.njit(cache=True, inline="always")
+def given(share, cp, sp):  # pragma: no cover - compiled
+    """How far a strand (`give_of`) gives outward and around, and the derivatives of both along its
+    angle psi from the bend's inner side, of which cosine and sine are told."""
+    o, o_c, o_s, o_c2, o_s2 = share[0]
+    a, a_c, a_s, a_c2, a_s2 = share[1]
     c2, s2 = cp * cp - sp * sp, 2.0 * cp * sp
     out = o + o_c * cp + o_s * sp + o_c2 * c2 + o_s2 * s2
     on = a + a_c * cp + a_s * sp + a_c2 * c2 + a_s2 * s2
@@ -148,47 +159,10 @@ def given(give, i, cp, sp):  # pragma: no cover - compiled
 
 
 @numba.njit(cache=True, inline="always")
-def _point(z, a, p, cos_climb, sin_climb, cp, sp, ct, st):  # pragma: no cover - compiled
-    """Projected strand centre (s, y) and its derivative along z; cosines and sines of the angle at
-    which the centre line climbs, and of the strand's angle psi and the coil's theta there."""
-    if p[RC] <= 0.0:
-        return z - p[TILT] * a * sp, -a * cp, 1.0 - p[TILT] * a * cp * p[K], p[K] * (a * sp)
-    across, aside = a * cp, a * sp
-    depth = p[RC] * st - across * st - aside * ct * cos_climb
-    s = z + aside * sin_climb + p[TILT] * depth
-    y = p[RC] * ct - across * ct + aside * st * cos_climb
-    y_psi = aside * ct + across * st * cos_climb
-    s_psi = across * sin_climb + p[TILT] * (aside * st - across * ct * cos_climb)
-    # Turned about the axis by a right angle, depth becomes height: each is the other's derivative.
-    return s, y, 1.0 + p[K] * s_psi + p[KC] * p[TILT] * y, p[K] * y_psi - p[KC] * depth
-
-
-@numba.njit(cache=True, inline="always")
-def _crowded_point(z, a, p, give, i, crowd, cos_climb, sin_climb, cp, sp, ct, st):
-    # pragma: no cover - compiled
-    """The same of a coil's strand i that gives `crowd` (px) times what is told. Apart, for a loop
-    that may do either takes twice as long."""
-    out, on, d_out, d_on = given(give, i, cp, sp)
-    across = (a + crowd * out) * cp - crowd * on * sp
-    aside = (a + crowd * out) * sp + crowd * on * cp
-    across_psi = -aside + crowd * (d_out * cp - d_on * sp)
-    aside_psi = across + crowd * (d_out * sp + d_on * cp)
-    depth = p[RC] * st - across * st - aside * ct * cos_climb
-    s = z + aside * sin_climb + p[TILT] * depth
-    y = p[RC] * ct - across * ct + aside * st * cos_climb
-    y_psi = aside_psi * st * cos_climb - across_psi * ct
-    s_psi = aside_psi * sin_climb - p[TILT] * (across_psi * st + aside_psi * ct * cos_climb)
-    return s, y, 1.0 + p[K] * s_psi + p[KC] * p[TILT] * y, p[K] * y_psi - p[KC] * depth
-
-
-@numba.njit(cache=True, inline="always")
 def border(ds, dy, rho):  # pragma: no cover - compiled
     """From the centre of a strand, that goes on by ds, dy, to its upper border."""
-    out = rho / (np.sqrt(ds * ds + dy * dy) + 1e-12)
-    nx, ny = -dy * out, ds * out
-    if ny < 0.0:
-        nx, ny = -nx, -ny
-    return nx, ny
+    out = np.copysign(rho, ds) / (np.sqrt(ds * ds + dy * dy) + 1e-12)
+    return -dy * out, ds * out
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -208,46 +182,73 @@ def silhouette(p, site_radius, site_angle, give, z0, count, upper, lower, at_upp
         reach = max(reach, rho + off + 2.0 * step)
     samples = int((count + 2.0 * reach) / step) + 2
     first = z0 - reach
-    cos_climb, sin_climb = climb(p)
-    theta = p[KC] * first + p[PHIC] if p[RC] > 0.0 else 0.0
-    turn = p[KC] * step if p[RC] > 0.0 else 0.0
-    # One step turns both angles by the same: products instead of four cosines and sines a sample.
-    cos_k, sin_k, cos_t, sin_t = (
-        np.cos(p[K] * step),
-        np.sin(p[K] * step),
-        np.cos(turn),
-        np.sin(turn),
-    )
+    coiled = p[RC] > 0.0
+    cos_psi, sin_psi = turning(p[K] * step, p[K] * first + p[PHI], 0.0, samples)
+    turns, begins = (p[KC] * step, p[KC] * first + p[PHIC]) if coiled else (0.0, 0.0)
+    cos_theta, sin_theta = turning(turns, begins, 0.0, samples)
     xu, yu = np.empty(samples), np.empty(samples)
     xl, yl = np.empty(samples), np.empty(samples)
     for i in range(site_radius.size):
-        a = apart * site_radius[i]
-        psi = p[K] * first + p[PHI] + site_angle[i]
-        cp, sp, ct, st = np.cos(psi), np.sin(psi), np.cos(theta), np.sin(theta)
-        if crowd == 0.0:
-            for j in range(samples):
-                s, y, ds, dy = _point(first + j * step, a, p, cos_climb, sin_climb, cp, sp, ct, st)
-                cp, sp = cp * cos_k - sp * sin_k, sp * cos_k + cp * sin_k
-                ct, st = ct * cos_t - st * sin_t, st * cos_t + ct * sin_t
-                nx, ny = border(ds, dy, rho)
-                xu[j], yu[j] = s + nx, y + ny
-                xl[j], yl[j] = s - nx, y - ny
+        a, c0, s0 = apart * site_radius[i], np.cos(site_angle[i]), np.sin(site_angle[i])
+        if coiled:
+            share = give_of(give, i)
+            _coiled_borders(
+                p, a, c0, s0, share, crowd, first, step,
+                cos_psi, sin_psi, cos_theta, sin_theta, xu, yu, xl, yl,
+            )  # fmt: skip
         else:
-            for j in range(samples):
-                s, y, ds, dy = _crowded_point(
-                    first + j * step, a, p, give, i, crowd, cos_climb, sin_climb, cp, sp, ct, st
-                )
-                cp, sp = cp * cos_k - sp * sin_k, sp * cos_k + cp * sin_k
-                ct, st = ct * cos_t - st * sin_t, st * cos_t + ct * sin_t
-                nx, ny = border(ds, dy, rho)
-                xu[j], yu[j] = s + nx, y + ny
-                xl[j], yl[j] = s - nx, y - ny
+            _straight_borders(p, a, c0, s0, first, step, cos_psi, sin_psi, xu, yu, xl, yl)
         draw_outermost(upper, at_upper, xu, yu, 1.0, i, rho, z0, first, step)
         draw_outermost(lower, at_lower, xl, yl, -1.0, i, rho, z0, first, step)
     for c in range(count):
         line = p[Y0] + p[SLOPE] * (c + z0)
         upper[c] += line + p[EDGE]
         lower[c] += line - p[EDGE]
+
+
+# One strand a call and nothing carried from sample to sample: the compiler then does several at
+# once.
+@numba.njit(cache=True, error_model="numpy")
+def _straight_borders(p, a, c0, s0, first, step, cos_psi, sin_psi, xu, yu, xl, yl):
+    # pragma: no cover - compiled
+    """Fill the upper and lower border x, y (K,) of a straight bundle's strand whose centre lies `a`
+    off the axis; cosine and sine of its angle in the section, and of the section's (K,)."""
+    k, tilt, rho = p[K], p[TILT], p[RHO]
+    for j in range(xu.size):
+        cp, sp = cos_psi[j] * c0 - sin_psi[j] * s0, sin_psi[j] * c0 + cos_psi[j] * s0
+        s, y = first + j * step - tilt * a * sp, -a * cp
+        nx, ny = border(1.0 - tilt * a * cp * k, k * (a * sp), rho)
+        xu[j], yu[j] = s + nx, y + ny
+        xl[j], yl[j] = s - nx, y - ny
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _coiled_borders(
+    p, a, c0, s0, share, crowd, first, step, cos_psi, sin_psi, cos_theta, sin_theta, xu, yu, xl, yl
+):
+    # pragma: no cover - compiled
+    """The same of a coil, whose angle's cosine and sine are told as well (K,), and whose strand
+    gives `crowd` (px) times its share (`give_of`)."""
+    cos_climb, sin_climb = climb(p)
+    k, tilt, rho, kc, radius = p[K], p[TILT], p[RHO], p[KC], p[RC]
+    for j in range(xu.size):
+        cp, sp = cos_psi[j] * c0 - sin_psi[j] * s0, sin_psi[j] * c0 + cos_psi[j] * s0
+        ct, st = cos_theta[j], sin_theta[j]
+        out, on, d_out, d_on = given(share, cp, sp)
+        across = (a + crowd * out) * cp - crowd * on * sp
+        aside = (a + crowd * out) * sp + crowd * on * cp
+        across_psi = -aside + crowd * (d_out * cp - d_on * sp)
+        aside_psi = across + crowd * (d_out * sp + d_on * cp)
+        depth = radius * st - across * st - aside * ct * cos_climb
+        s = first + j * step + aside * sin_climb + tilt * depth
+        y = radius * ct - across * ct + aside * st * cos_climb
+        y_psi = aside_psi * st * cos_climb - across_psi * ct
+        s_psi = aside_psi * sin_climb - tilt * (across_psi * st + aside_psi * ct * cos_climb)
+        # Turned about the axis by a right angle, depth becomes height: each is the other's
+        # derivative.
+        nx, ny = border(1.0 + k * s_psi + kc * tilt * y, k * y_psi - kc * depth, rho)
+        xu[j], yu[j] = s + nx, y + ny
+        xl[j], yl[j] = s - nx, y - ny
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -305,7 +306,7 @@ def gradient(x, z, radius_d, give, i, sense, p, cp, sp, ct, st, out):  # pragma:
     more_across = more_aside = 0.0  # where strands crowd, per share that they give
     crowd = 2.0 * rho * p[CROWD]
     if give[i, 0, 0] != 0.0:  # where they are asked
-        more, more_on, d_out, d_on = given(give, i, cp, sp)
+        more, more_on, d_out, d_on = given(give_of(give, i), cp, sp)
         more_across, more_aside = more * cp - more_on * sp, more * sp + more_on * cp
         across += crowd * more_across
         aside += crowd * more_aside

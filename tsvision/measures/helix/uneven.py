@@ -24,7 +24,13 @@ import numpy as np
 
 from tsvision.measures.helix import silhouette as helix
 from tsvision.measures.helix.fit import sum_of_products
-from tsvision.measures.helix.silhouette import border, draw_outermost, given, twist
+from tsvision.measures.helix.silhouette import (
+    border,
+    draw_outermost,
+    give_of,
+    given,
+    twist,
+)
 
 RHO, TWIST, CHI, THETA, Y0, SLOPE, KC, KC1, R = range(9)
 LEAST_GAIN = 1e-3  # of what is left, by which a step has to better a fit to be worth its time
@@ -43,8 +49,8 @@ class Strands(NamedTuple):
 
 class Drawn(NamedTuple):
     """A stretch drawn: upper, lower (M,) and where they touch which strand (M, 2); at `first`,
-    `first` + `step`, ... the strands' angle chi (S,), and its derivatives (1 + n + 2, S) by twist,
-    radii, and kc and kc1 of the coil."""
+    `first` + `step`, ... the strands' angle chi (S,), and its derivatives (S, 3 + n) by twist, kc,
+    kc1 and radii."""
 
     upper: np.ndarray
     lower: np.ndarray
@@ -157,17 +163,13 @@ def _line(p, z, half):  # pragma: no cover - compiled
     return j, values, slopes, radius, rate, ct, st, dy, dz
 
 
-@numba.njit(cache=True)
-def _offset(p, strands, i, chi, ct, st):  # pragma: no cover - compiled
-    """Of strand i in the frame, two ways, at an angle chi of the section."""
-    thick = 2.0 * p[RHO]
-    out, on = thick * strands.away_d[i], 0.0
-    c, s = np.cos(chi + strands.angle_rad[i]), np.sin(chi + strands.angle_rad[i])
-    if strands.crowd != 0.0:
-        # From the bend's inner side: against the coil's own direction.
-        more, more_on, _, _ = given(strands.give, i, -(c * ct + s * st), -(s * ct - c * st))
-        out += thick * strands.crowd * more
-        on = thick * strands.crowd * more_on
+@numba.njit(cache=True, inline="always")
+def _offset(away, crowd, share, c, s, ct, st):  # pragma: no cover - compiled
+    """Of a strand in the frame, two ways, that lies `away` and gives `crowd` (px) times its share;
+    cosines and sines of its angle and the coil's there."""
+    # From the bend's inner side: against the coil's own direction.
+    more, more_on, _, _ = given(share, -(c * ct + s * st), -(s * ct - c * st))
+    out, on = away + crowd * more, crowd * more_on
     return out * c - on * s, out * s + on * c
 
 
@@ -184,59 +186,51 @@ def drawn(p, strands, z0, count, step):  # pragma: no cover - compiled
     samples = int((count + 2.0 * reach) / step) + 2
     first = z0 - reach
     radii = p.size - R
-    chi, of_chi = np.zeros(samples), np.zeros((radii + 3, samples))
-    lines = np.empty((samples, 5))  # y, how fast y and depth go on, cosine and sine of the coil
+    chi, of_chi = np.zeros(samples), np.zeros((samples, radii + 3))
+    # Of the centre line: y, how fast y and depth go on, what of that strands lie behind and below
+    # for it, cosine and sine of the coil's angle and of the strands'.
+    line = np.empty((9, samples))
+    y, by_y, by_depth, by_s, by_h, cos_t, sin_t, cos_c, sin_c = line
     before, now = np.zeros(radii + 3), np.zeros(radii + 3)
     rate_before = 0.0
     for j in range(samples):
         z = first + j * step
         k, values, slopes, radius, coil, ct, st, dy, dz = _line(p, z, half)
-        lines[j, 0], lines[j, 1], lines[j, 2] = radius * ct, dy, dz
-        lines[j, 3], lines[j, 4] = ct, st
         length = np.sqrt(1.0 + dy * dy + dz * dz)
+        y[j], by_y[j], by_depth[j], cos_t[j], sin_t[j] = radius * ct, dy, dz, ct, st
+        by_s[j], by_h[j] = 1.0 / length, dy / (length * (length + 1.0))
         turned = radius * coil
         wound = np.sqrt(1.0 + turned * turned)
         rate = p[TWIST] * length + coil * (1.0 - 1.0 / wound)
         slope = sum_of_four(p, R + k, slopes)
         of_turned = turned * (p[TWIST] / length + coil / (wound * wound * wound))
         before, now = now, before
-        for m in range(1, radii + 1):
-            now[m] = 0.0
         now[0] = length
+        now[1] = of_turned * radius + 1.0 - 1.0 / wound
+        now[2] = now[1] * z / half
+        for m in range(radii):
+            now[3 + m] = 0.0
         for m in range(4):
-            now[1 + k + m] = of_turned * coil * values[m] + p[TWIST] * slope / length * slopes[m]
-        now[radii + 1] = of_turned * radius + 1.0 - 1.0 / wound
-        now[radii + 2] = now[radii + 1] * z / half
+            now[3 + k + m] = of_turned * coil * values[m] + p[TWIST] * slope / length * slopes[m]
         if j > 0:
             chi[j] = chi[j - 1] + 0.5 * step * (rate_before + rate)
             for m in range(radii + 3):
-                of_chi[m, j] = of_chi[m, j - 1] + 0.5 * step * (before[m] + now[m])
+                of_chi[j, m] = of_chi[j - 1, m] + 0.5 * step * (before[m] + now[m])
         rate_before = rate
     middle = -first / step
     off = p[CHI] - _between(chi, middle)
     for j in range(samples):
         chi[j] += off
-    for m in range(radii + 3):
-        off = _between(of_chi[m], middle)
-        for j in range(samples):
-            of_chi[m, j] -= off
+        cos_c[j], sin_c[j] = np.cos(chi[j]), np.sin(chi[j])
+    of_middle = _between(of_chi, middle)
+    for j in range(samples):
+        for m in range(radii + 3):
+            of_chi[j, m] -= of_middle[m]
     upper, lower = np.full(count, -1e30), np.full(count, 1e30)
     at_upper, at_lower = np.zeros((count, 2)), np.zeros((count, 2))
-    s, h = np.empty(samples), np.empty(samples)
     xu, yu, xl, yl = np.empty(samples), np.empty(samples), np.empty(samples), np.empty(samples)
     for i in range(strands.away_d.size):
-        for j in range(samples):
-            y, dy, dz, ct, st = lines[j, 0], lines[j, 1], lines[j, 2], lines[j, 3], lines[j, 4]
-            one, two = _offset(p, strands, i, chi[j], ct, st)
-            length = np.sqrt(1.0 + dy * dy + dz * dz)
-            g = (one * dy + two * dz) / length
-            s[j] = first + j * step - g
-            h[j] = y + one - g * dy / (length + 1.0)
-        for j in range(samples):
-            low, high = max(j - 1, 0), min(j + 1, samples - 1)
-            nx, ny = border(s[high] - s[low], h[high] - h[low], p[RHO])
-            xu[j], yu[j] = s[j] + nx, h[j] + ny
-            xl[j], yl[j] = s[j] - nx, h[j] - ny
+        _borders(p, strands, i, line, first, step, xu, yu, xl, yl)
         draw_outermost(upper, at_upper, xu, yu, 1.0, i, p[RHO], z0, first, step)
         draw_outermost(lower, at_lower, xl, yl, -1.0, i, p[RHO], z0, first, step)
     for c in range(count):
@@ -244,6 +238,31 @@ def drawn(p, strands, z0, count, step):  # pragma: no cover - compiled
         upper[c] += axis
         lower[c] += axis
     return Drawn(upper, lower, at_upper, at_lower, first, step, chi, of_chi)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _borders(p, strands, i, line, first, step, xu, yu, xl, yl):  # pragma: no cover - compiled
+    """Fill the upper and lower border x, y (S,) of strand i about a line (9, S) (`drawn`). In loops
+    that carry nothing from sample to sample, of which the compiler does several at once."""
+    y, by_y, by_depth, by_s, by_h, cos_t, sin_t, cos_c, sin_c = line
+    c0, s0 = np.cos(strands.angle_rad[i]), np.sin(strands.angle_rad[i])
+    thick = 2.0 * p[RHO]
+    away, crowd, share = thick * strands.away_d[i], thick * strands.crowd, give_of(strands.give, i)
+    last = xu.size - 1
+    s, h, ds, dh = (np.empty_like(xu), np.empty_like(xu), np.empty_like(xu), np.empty_like(xu))
+    for j in range(last + 1):
+        c, w = cos_c[j] * c0 - sin_c[j] * s0, sin_c[j] * c0 + cos_c[j] * s0
+        one, two = _offset(away, crowd, share, c, w, cos_t[j], sin_t[j])
+        g = one * by_y[j] + two * by_depth[j]
+        s[j] = first + j * step - g * by_s[j]
+        h[j] = y[j] + one - g * by_h[j]
+    for j in range(1, last):
+        ds[j], dh[j] = s[j + 1] - s[j - 1], h[j + 1] - h[j - 1]
+    ds[0], dh[0], ds[last], dh[last] = ds[1], dh[1], ds[last - 1], dh[last - 1]
+    for j in range(last + 1):
+        nx, ny = border(ds[j], dh[j], p[RHO])
+        xu[j], yu[j] = s[j] + nx, h[j] + ny
+        xl[j], yl[j] = s[j] - nx, h[j] - ny
 
 
 @numba.njit(cache=True)
@@ -258,7 +277,12 @@ def gradient(x, z, i, sense, p, strands, half, seen, out):  # pragma: no cover -
     strands give is taken to stay."""
     k, values, slopes, radius, coil, ct, st, dy, dz = _line(p, z, half)
     at = (z - seen.first) / seen.step
-    one, two = _offset(p, strands, i, _between(seen.chi, at), ct, st)
+    angle = _between(seen.chi, at) + strands.angle_rad[i]
+    thick = 2.0 * p[RHO]
+    one, two = _offset(
+        thick * strands.away_d[i], thick * strands.crowd, give_of(strands.give, i),
+        np.cos(angle), np.sin(angle), ct, st,
+    )  # fmt: skip
     length = np.sqrt(1.0 + dy * dy + dz * dz)
     g, g_chi = one * dy + two * dz, one * dz - two * dy
     m = 1.0 / (length * (length + 1.0))
@@ -274,17 +298,20 @@ def gradient(x, z, i, sense, p, strands, half, seen, out):  # pragma: no cover -
     by_chi = -two - g_chi * dy * m - pull * g_chi / length
     off = one - g * dy * m - pull * g / length
     out[RHO] = sense * p[RHO] / np.sqrt(max(p[RHO] ** 2 - u * u, 0.04 * p[RHO] ** 2)) + off / p[RHO]
-    out[TWIST] = by_chi * _between(seen.of_chi[0], at)
     out[CHI] = by_chi
     out[THETA] = -radius * st - by_dy * dz + by_dz * dy
     out[Y0] = 1.0
     out[SLOPE] = x
     by_coil = radius * (by_dz * ct - by_dy * st)
-    out[KC] = z * out[THETA] + by_coil + by_chi * _between(seen.of_chi[p.size - R + 1], at)
+    j = min(max(int(at), 0), seen.chi.size - 2)
+    by_before, by_after = by_chi * (1.0 - (at - j)), by_chi * (at - j)
+    before, after = seen.of_chi[j], seen.of_chi[j + 1]
+    out[TWIST] = by_before * before[0] + by_after * after[0]
+    out[KC] = z * out[THETA] + by_coil + by_before * before[1] + by_after * after[1]
     out[KC1] = (0.5 * z * out[THETA] + by_coil) * z / half
-    out[KC1] += by_chi * _between(seen.of_chi[p.size - R + 2], at)
+    out[KC1] += by_before * before[2] + by_after * after[2]
     for a in range(p.size - R):
-        out[R + a] = by_chi * _between(seen.of_chi[1 + a], at)
+        out[R + a] = by_before * before[3 + a] + by_after * after[3 + a]
     for a in range(4):
         value, slope = values[a], slopes[a]
         more = value * ct + by_dy * (slope * ct - value * coil * st)
@@ -395,7 +422,11 @@ def descend(start, free, strands, problem, steps, scale):  # pragma: no cover - 
             damped = normal.copy()
             for a in range(free.size):
                 damped[a, a] += lam * normal[a, a] + 1e-12
-            step, trial = np.linalg.solve(damped, right), p.copy()
+            step = np.linalg.solve(damped, right)
+            # Nothing to be gained: to see that it is so costs as much as a step.
+            if step @ right / scale**2 < LEAST_GAIN * cost:
+                break
+            trial = p.copy()
             for a in range(free.size):
                 trial[free[a]] += step[a]
             other = drawn(trial, strands, problem.z0_px, count, problem.step_px)
