@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -76,3 +77,36 @@ def test_beside_a_growing_knot_a_coil_is_what_it_was_before(
     assert fits._as_known(edges, branch, None) is branch
     straight = coil(0.4, radius_px=0.0)
     assert fits._as_known(edges, straight, before) is straight
+
+
+def twisted(rate: float, cost: float) -> BundleFit:
+    """A coil of two strands that turn at `rate`, and what it costs."""
+    found = coil(0.6, cost)
+    p = found.fit.p.copy()
+    p[K] = rate
+    return replace(found, fit=replace(found.fit, p=p))
+
+
+@pytest.mark.parametrize(("near_as_mid", "branch"), [(0.24, 0.1), (0.4, 0.2)])
+def test_of_stretches_a_lobe_apart_the_one_that_describes_both_is_believed(
+    monkeypatch: pytest.MonkeyPatch, near_as_mid: float, branch: float
+) -> None:
+    """Another branch was told beside the separator, where it leaves less of its own stretch than
+    the right one, but twice as much of the other's (`tests.bench.pathtraced --wild 1485`: pitch a
+    seventh off)."""
+    near, mid = twisted(0.2, cost=0.2), twisted(0.1, cost=0.1)
+    as_mid, as_near = twisted(0.1, near_as_mid), twisted(0.2, cost=0.25)
+    laid = {id(near): as_mid, id(mid): as_near}
+    monkeypatch.setattr(fits, "laid_like", lambda edges, found, other: laid[id(found)])
+    edges: Any = None
+    for found in fits._agreed(edges, near, mid):
+        assert found is not None and found.fit.p[K] == branch
+
+
+def test_stretches_that_do_not_lay_each_other_stay_as_they_are(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    near, mid = twisted(0.2, cost=0.2), twisted(0.1, cost=0.1)
+    monkeypatch.setattr(fits, "laid_like", lambda edges, found, other: twisted(0.1, cost=2.0))
+    edges: Any = None
+    assert fits._agreed(edges, near, mid) == (near, mid)

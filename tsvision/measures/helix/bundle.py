@@ -148,12 +148,21 @@ def fit_window(
 def as_elsewhere(edges: Edges, found: BundleFit, other: BundleFit) -> BundleFit:
     """A fit that may be another coil, or what the strands of `other`, farther along the bundle,
     make of its stretch, whichever counts less: a bundle is twisted alike all along."""
+    like = laid_like(edges, found, other)
+    return like if like is not None and counted(like) < counted(found) else found
+
+
+def laid_like(edges: Edges, found: BundleFit, other: BundleFit) -> BundleFit | None:
+    """What the strands of `other`, another stretch of the bundle, make of a fit's own; None where
+    that is no coil."""
     part = replace(edges.window(found.s_low_px, found.s_high_px), half_slope=FLANK)
     fit = _carried_on(part, other, found.expected_rate, SCALE_PX)
-    if fit is None or not fit.coiled:
-        return found
-    before, after = (weighed(f, found.expected_rate) for f in (found.fit, fit))
-    return replace(found, fit=fit, carried=0) if after < before else found
+    return None if fit is None or not fit.coiled else replace(found, fit=fit, carried=0)
+
+
+def counted(found: BundleFit) -> float:
+    """The cost of a fit as it counts against others of the same stretch (`weighed`)."""
+    return weighed(found.fit, found.expected_rate)
 
 
 def _searched(

@@ -14,11 +14,13 @@ from tsvision.measures.helix.bundle import (
     SWINGS,
     BundleFit,
     as_elsewhere,
+    counted,
     explains_as_much,
     fit_window,
+    laid_like,
     swing_px,
 )
-from tsvision.measures.helix.silhouette import Section
+from tsvision.measures.helix.silhouette import KC, RC, Section
 from tsvision.measures.helix.unevenly import fit_unevenly
 from tsvision.measures.helix.weigh import told_by_noise, unsure
 from tsvision.measures.helix.windows import even_stretches
@@ -43,7 +45,9 @@ MID_SPAN_D, USUAL_PITCH_D, LEAST_HALF_D, MOST_HALF = 12.0, 2.0, 3.5, 0.25
 SHOWN_TURNS = 2.0  # of the strands, that a straight fit beside the separator spans
 TRIED = 3  # stretches from the separator on, until one can be fitted at all
 LEAST_TURNS = 0.9  # that tell pitch and width apart
-ALIKE = 1.15  # ratio of two pitches of one bundle, at most
+# Of two stretches of one coil: the ratio of their pitches, at most, and by how many lobes a turn of
+# the coil their strands may differ. Half a lobe is as near to another branch.
+ALIKE, LOBES_OFF = 1.15, 0.5
 AS_WELL = 0.1  # of the light inside, that a coil may explain less than the best known to be it
 OTHERS_TRIED = 0.3  # cost of a fit above which others are tried
 HELPS = 0.75  # of a coil's cost, that one which goes wider and narrower has to come below
@@ -211,13 +215,28 @@ def _mid(span: _Span, near: BundleFit | None, before: BundleFit | None) -> Bundl
 def _agreed(
     edges: Edges, near: BundleFit | None, mid: BundleFit | None
 ) -> tuple[BundleFit | None, BundleFit | None]:
-    """Both fits, where one of a coil is unsure or another branch, as the other has its strands."""
-    if near is not None and mid is not None and mid.fit.coiled:
-        if unsure(near.fit) or _contradict(near, mid):
-            near = as_elsewhere(edges, near, mid)
-        if near.fit.coiled and _contradict(near, mid):
-            mid = as_elsewhere(edges, mid, near)
-    return near, mid
+    """Both fits; where that of a coil is unsure, as the other has its strands, and where the two
+    contradict each other, as that one of them has its strands which describes both stretches
+    better. Each by itself is described best by its own, which tells nothing."""
+    if near is None or mid is None or not mid.fit.coiled:
+        return near, mid
+    if unsure(near.fit):
+        near = as_elsewhere(edges, near, mid)
+    if not _contradict(near, mid):
+        return near, mid
+    as_mid, as_near = _laid_alike(edges, near, mid), _laid_alike(edges, mid, near)
+    if as_mid is not None and as_near is not None:
+        more_by_mid = counted(as_mid) - counted(near)
+        more_by_near = counted(as_near) - counted(mid)
+        return (as_mid, mid) if more_by_mid < more_by_near else (near, as_near)
+    return as_mid or near, as_near or mid
+
+
+def _laid_alike(edges: Edges, found: BundleFit, other: BundleFit) -> BundleFit | None:
+    """A believable fit of a stretch by the strands of another; None where those make none, as of a
+    coil that unwinds."""
+    like = laid_like(edges, found, other)
+    return None if like is None or unsure(like.fit) or _contradict(like, other) else like
 
 
 def best_known(
@@ -255,9 +274,15 @@ def _as_known(edges: Edges, found: BundleFit | None, best: BundleFit | None) -> 
 
 
 def _contradict(near: BundleFit, mid: BundleFit) -> bool:
-    """Whether two stretches of a coil would be twisted differently: one is another branch."""
+    """Whether two stretches of a coil would be twisted differently: one is another branch, whose
+    strands turn a lobe more or less from one coil to the next."""
+    if not near.fit.coiled:
+        return False
     ratio = near.fit.pitch_px / mid.fit.pitch_px
-    return near.fit.coiled and not 1.0 / ALIKE < ratio < ALIKE
+    p, more = near.fit.p, 1.0 / near.fit.pitch_px - 1.0 / mid.fit.pitch_px
+    coil_px = 2.0 * np.pi / p[KC] * np.hypot(1.0, p[RC] * p[KC])  # along the bundle
+    lobes = more * coil_px * near.fit.section.lobes
+    return not 1.0 / ALIKE < ratio < ALIKE or abs(lobes) > LOBES_OFF
 
 
 def _is_poor(edges: Edges, found: BundleFit) -> bool:
