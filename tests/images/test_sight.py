@@ -26,11 +26,11 @@ from tsvision.images.curve import find_curve
 from tsvision.images.linear import to_linear
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.runs import leg_spread
-from tsvision.images.seen import seen_in
+from tsvision.images.seen import Seen, seen_by_hue, seen_in
 from tsvision.images.shadow import find_shadow
-from tsvision.images.sight import Sight, Told, find_sight
+from tsvision.images.sight import Sight, Told, _follow, find_sight
 from tsvision.images.signal import Signal, Way
-from tsvision.images.strip import cut_strip, straight_axis
+from tsvision.images.strip import Strip, cut_strip, straight_axis
 from tsvision.images.telling import find_hue
 
 WIDTH_PX, HEIGHT_PX = 480, 270
@@ -592,3 +592,26 @@ def test_a_line_that_was_turned_ends_where_the_view_does(
     assert off[:, 0] * along[1] == pytest.approx(off[:, 1] * along[0])
     beyond = straight_axis(np.array([-58.0, 140.0]), np.array([300.0, 160.0]))
     assert within_view(beyond, (100, 200), roi) is beyond
+
+
+@pytest.mark.parametrize(("share", "kept"), [(0.02, False), (0.2, False), (0.6, True)])
+def test_a_hue_seen_on_hardly_any_of_the_line_gives_way(
+    share: float, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of green and grey strands on black the green alone was looked for, and seen in a plate: no
+    bundle was measured (`tests.bench.colours --only 461`)."""
+    film = bundle_film((0.02, 0.02, 0.02), ((0.05, 0.12, 0.05), (0.06, 0.06, 0.06)))
+    linears = [to_linear(picture) for picture in film]
+
+    def in_plate(strips: list[Strip], width: float) -> Seen:
+        hue = seen_by_hue(strips, width)
+        for mask in hue.masks:
+            mask[:, : round((1.0 - share) * mask.shape[1])] = 0
+            mask[:, round((1.0 - share) * mask.shape[1]) :] = 1
+        return hue
+
+    monkeypatch.setattr("tsvision.images.sight.seen_by_hue", in_plate)
+    _, strips, seen = _follow(linears, straight_axis(START, END), BUNDLE_PX, True, by_hue=True)
+    assert (seen.signal.way is Way.HUE) == kept
+    middle = np.array([mask[strips[0].half_px] for mask in seen.masks])
+    assert (middle > 0).mean() > (0.5 if kept else 0.9)

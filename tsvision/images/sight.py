@@ -54,6 +54,9 @@ FEEBLE, TWICE, SUPPORTED = 2.0, 2.0, 0.1
 # wide, nearly: a hue is stored at half the resolution, and may be that of some strands only.
 YIELDS, ALIKE = 0.5, 1.25
 ASTRAY = 0.5  # of what spoke for a line on small pictures, below which it was lost on full ones
+# Of a line's columns, and of those where light shows anything on it: a hue seen in fewer is not the
+# strings', but that of one colour of theirs and of a plate.
+IN_FEW = 0.25
 HARDLY = 0.1  # of SEARCH_PX: columns for a line, below which it is hardly one
 
 
@@ -289,10 +292,18 @@ def _follow(
     found = settle(linears, axis, width, turns=1, between=between, by_hue=by_hue)
     half = int(np.ceil(STRIP_WIDTHS * found.width_px)) + 6
     strips = [cut_strip(p, found.axis, (0.0, found.axis.length_px), half) for p in linears]
-    if by_hue:
-        return found, strips, seen_by_hue(strips, found.width_px)
+    hue = seen_by_hue(strips, found.width_px) if by_hue else None
+    if hue is not None and _on_axis(hue) > IN_FEW:
+        return found, strips, hue
     seen = seen_in(strips, found.width_px, False, between)
+    if hue is not None and _on_axis(hue) > IN_FEW * _on_axis(seen):
+        return found, strips, hue
     return found, strips, seen if is_told(seen) else seen_by_any(strips, found.width_px, between)
+
+
+def _on_axis(seen: Seen) -> float:
+    """Share of the line's columns where anything is seen on it, in the middle one of the strips."""
+    return float(np.median([(mask[mask.shape[0] // 2] > 0).mean() for mask in seen.masks]))
 
 
 def hue_along(sight: Sight, pictures: list[np.ndarray]) -> tuple[Signal, float]:
