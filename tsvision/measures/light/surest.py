@@ -45,7 +45,7 @@ SURER = 0.6
 # px, of a strand's radius, of which such limbs are a fair part, and of sds of the width by colour.
 FADED_PX, FADED_RHO, UNSURE = 3.0, 0.6, 2.0
 MOST_PX = 3.0  # of a width, that storing a colour at half the resolution may move its edges by
-OPEN_PX = 1.0  # sd of a width by brightness, from which on it may be told better by a hue
+OPEN_PX = 0.5  # sd of a width by brightness, from which on a hue may tell it better, or be heard
 BLURRED_PX = 2.0  # sd of a width, from which on its edges do not tell blur from light
 GROUNDLESS = 0.1  # of what strings stand out by in a hue, by which their ground may do so too
 FEWEST = 2  # frames that tell
