@@ -103,6 +103,19 @@ def test_of_stretches_a_lobe_apart_the_one_that_describes_both_is_believed(
         assert found is not None and found.fit.p[K] == branch
 
 
+@pytest.mark.parametrize(("near_as_mid", "told"), [(0.24, 0.2), (0.15, 0.1)])
+def test_where_only_one_makes_anything_of_the_other_it_has_to_describe_that_better(
+    monkeypatch: pytest.MonkeyPatch, near_as_mid: float, told: float
+) -> None:
+    near, mid = twisted(0.2, cost=0.2), twisted(0.1, cost=0.1)
+    laid = {id(near): twisted(0.1, near_as_mid), id(mid): twisted(0.2, cost=2.0)}
+    monkeypatch.setattr(fits, "laid_like", lambda edges, found, other: laid[id(found)])
+    edges: Any = None
+    found, other = fits._agreed(edges, near, mid)
+    assert found is not None and found.fit.p[K] == told
+    assert other is mid
+
+
 def test_stretches_that_do_not_lay_each_other_stay_as_they_are(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

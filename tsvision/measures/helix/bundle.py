@@ -148,8 +148,7 @@ def fit_window(
 def as_elsewhere(edges: Edges, found: BundleFit, other: BundleFit) -> BundleFit:
     """A fit that may be another coil, or what the strands of `other`, farther along the bundle,
     make of its stretch, whichever counts less: a bundle is twisted alike all along."""
-    like = laid_like(edges, found, other)
-    return like if like is not None and counted(like) < counted(found) else found
+    return lesser(found, laid_like(edges, found, other))
 
 
 def laid_like(edges: Edges, found: BundleFit, other: BundleFit) -> BundleFit | None:
@@ -158,6 +157,11 @@ def laid_like(edges: Edges, found: BundleFit, other: BundleFit) -> BundleFit | N
     part = replace(edges.window(found.s_low_px, found.s_high_px), half_slope=FLANK)
     fit = _carried_on(part, other, found.expected_rate, SCALE_PX)
     return None if fit is None or not fit.coiled else replace(found, fit=fit, carried=0)
+
+
+def lesser(found: BundleFit, other: BundleFit | None) -> BundleFit:
+    """Of two fits of the same stretch the one that counts less."""
+    return other if other is not None and counted(other) < counted(found) else found
 
 
 def counted(found: BundleFit) -> float:

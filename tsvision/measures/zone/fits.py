@@ -18,6 +18,7 @@ from tsvision.measures.helix.bundle import (
     explains_as_much,
     fit_window,
     laid_like,
+    lesser,
     swing_px,
 )
 from tsvision.measures.helix.silhouette import KC, RC, Section
@@ -217,7 +218,8 @@ def _agreed(
 ) -> tuple[BundleFit | None, BundleFit | None]:
     """Both fits; where that of a coil is unsure, as the other has its strands, and where the two
     contradict each other, as that one of them has its strands which describes both stretches
-    better. Each by itself is described best by its own, which tells nothing."""
+    better. Each by itself is described best by its own, which tells nothing; but where only one of
+    them makes anything of the other's stretch, the strands may differ indeed."""
     if near is None or mid is None or not mid.fit.coiled:
         return near, mid
     if unsure(near.fit):
@@ -229,7 +231,7 @@ def _agreed(
         more_by_mid = counted(as_mid) - counted(near)
         more_by_near = counted(as_near) - counted(mid)
         return (as_mid, mid) if more_by_mid < more_by_near else (near, as_near)
-    return as_mid or near, as_near or mid
+    return lesser(near, as_mid), lesser(mid, as_near)
 
 
 def _laid_alike(edges: Edges, found: BundleFit, other: BundleFit) -> BundleFit | None:
