@@ -187,8 +187,9 @@ def drawn(p, strands, z0, count, step):  # pragma: no cover - compiled
     first = z0 - reach
     radii = p.size - R
     chi, of_chi = np.zeros(samples), np.zeros((samples, radii + 3))
-    # Of the centre line: y, how fast y and depth go on, what of that strands lie behind and below
-    # for it, cosine and sine of the coil's angle and of the strands'.
+    # Of the centre line: y; how fast y and depth go on; how far behind and below a strand comes to
+    # lie for every px that its place leans forward; cosine and sine of the coil's angle and of the
+    # strands'.
     line = np.empty((9, samples))
     y, by_y, by_depth, by_s, by_h, cos_t, sin_t, cos_c, sin_c = line
     before, now = np.zeros(radii + 3), np.zeros(radii + 3)
