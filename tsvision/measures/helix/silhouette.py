@@ -184,8 +184,8 @@ def silhouette(p, site_radius, site_angle, give, z0, count, upper, lower, at_upp
     first = z0 - reach
     coiled = p[RC] > 0.0
     cos_psi, sin_psi = turning(p[K] * step, p[K] * first + p[PHI], 0.0, samples)
-    turns, begins = (p[KC] * step, p[KC] * first + p[PHIC]) if coiled else (0.0, 0.0)
-    cos_theta, sin_theta = turning(turns, begins, 0.0, samples)
+    coils = samples if coiled else 0
+    cos_theta, sin_theta = turning(p[KC] * step, p[KC] * first + p[PHIC], 0.0, coils)
     xu, yu = np.empty(samples), np.empty(samples)
     xl, yl = np.empty(samples), np.empty(samples)
     for i in range(site_radius.size):
