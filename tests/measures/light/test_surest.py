@@ -516,3 +516,25 @@ def test_a_hue_that_tells_no_more_than_brightness_is_heard_along(
         assert light_sd_px(both.shading) > 0.9  # by what the two differ by it is not known
     else:
         assert both is alone
+
+
+def test_a_hue_stored_coarsely_that_tells_more_is_heard_along(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Brightness shows the strings as often, by edges stored as they are: a hue that is surer of
+    the width does not take its place, and says what it says nevertheless. Orange strings before
+    grey (`--wild 1523`) were 1.4 px of 33 thick by brightness, unsure by 2.2, and 1.1 thin by their
+    hue, unsure by 0.8, which was not heard."""
+    pairs = [(np.zeros((9, 9), np.uint8), None)]
+    sight = sight_of(film_of_few_turns())
+    bright = Learnt(sight, pairs, look_of(0.9))  # type: ignore[arg-type]
+    coarse = look_of(0.2, diameter_px=18.0)
+    blurred = replace(coarse, shading=tuple(replace(s, blur_px=1.8) for s in coarse.shading))
+    hue = Learnt(sight, pairs, blurred)  # type: ignore[arg-type]
+    monkeypatch.setattr(surest_module, "hue_along", lambda *_: (LUMA, 9.0))
+    monkeypatch.setattr(surest_module, "_learnt_by", lambda *_: hue)
+    monkeypatch.setattr(surest_module, "colours_in", lambda *_: SimpleNamespace(black=0.0))
+    told, other = _by_hue(bright, pair_core(2), 9)
+    assert other is None and told.sight is bright.sight
+    assert 18.0 < told.edge.diameter_px < 19.0
+    assert light_sd_px(told.edge.shading) < light_sd_px(bright.edge.shading)

@@ -144,8 +144,9 @@ def _beside_cover(learnt: Learnt, section: Section, half_px: int) -> Learnt:
 def _by_hue(bright: Learnt, section: Section, half_px: int) -> tuple[Learnt, Learnt | None]:
     """What brightness taught, and nothing beside it; or where that leaves the width open and a hue
     tells more, what that hue taught, and brightness beside it: of strings brighter than their
-    ground one limb may be just as bright. A hue that tells no more is heard along, if it is one: it
-    fades at limbs that pass for too far out by brightness."""
+    ground one limb may be just as bright. A hue that tells no more, or is stored more coarsely than
+    what brightness shows as often, is heard along, if it is one: it fades at limbs that pass for
+    too far out by brightness."""
     if bright.edge.last.frames and light_sd_px(bright.edge.shading) <= OPEN_PX:
         return bright, None
     signal, apart = hue_along(bright.sight, [picture for picture, _ in bright.pairs])
@@ -153,14 +154,13 @@ def _by_hue(bright: Learnt, section: Section, half_px: int) -> tuple[Learnt, Lea
     if hue is None:
         return bright, None
     sharp_px = bright.edge.shading[0].blur_px
-    if not _is_surer(hue.edge, bright.edge):
-        joined = _joined(bright.edge, hue.edge) if _is_hue(hue, sharp_px) else bright.edge
-        return replace(bright, edge=joined), None
-    whole = not is_halved(hue.edge.shading[0].blur_px, sharp_px)
-    often_seen = _is_often_seen(bright.edge, hue.edge)
-    if often_seen and not (whole and _is_hue(hue, sharp_px)):
-        return bright, None
-    return hue, bright
+    by_colour = _is_hue(hue, sharp_px)
+    whole = by_colour and not is_halved(hue.edge.shading[0].blur_px, sharp_px)
+    instead = whole or not _is_often_seen(bright.edge, hue.edge)
+    if instead and _is_surer(hue.edge, bright.edge):
+        return hue, bright
+    joined = _joined(bright.edge, hue.edge) if by_colour else bright.edge
+    return replace(bright, edge=joined), None
 
 
 def _is_hue(hue: Learnt, sharp_px: float) -> bool:
