@@ -179,6 +179,25 @@ def test_edges_are_not_sent_to_what_bundles_grow_by(
     assert light_sd_px(look.shading) < 1.2
 
 
+def test_of_three_frames_edges_are_sent_to_where_those_are_that_rounds_speak_of(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Eight strings grow from 40 to 44 px in five turns. Rounds told by the first of three frames,
+    which it bore out, were sent to the other two: 2.6 px, and the bundles came out 3 to 4 px thin
+    (`python -m tests.bench.colours --only 449`)."""
+    cuts = [SimpleNamespace(in_colour=False, wide_px=wide) for wide in (39.1, 42.1, 42.0)]
+    monkeypatch.setattr(settle, "widths_px", lambda some, *_: {id(c): c.wide_px for c in some})
+    shade = replace(plain_shading(8.0), place_sd_px=0.3)
+    shown = frozenset({id(cuts[0])})
+    rounds = [
+        EdgeLook((shade, shade), 38.8, last=Round((moved, 0.0), shown=shown))
+        for moved in (-0.25, -0.3, -0.2, -0.25)
+    ]
+    look = _sent(cuts, None, rounds[-1], rounds)  # type: ignore[arg-type]
+    assert look.shading[0].beyond_px == 0.0
+    assert light_sd_px(look.shading) > 1.5  # that frames differ is said nevertheless
+
+
 def test_what_bundles_grow_by_is_told_from_what_frames_differ_by() -> None:
     growing = 58.0 + 1.3 * np.arange(8)
     each = dict(enumerate(growing))

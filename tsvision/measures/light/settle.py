@@ -121,7 +121,11 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
             break
         grown_px = _grown_px(each_px, shown)
         level_px = np.array(list(each_px.values())) - grown_px
-        off_px = width_px - float(np.median(level_px))
+        # By how much bundles grow few frames do not tell: those that the rounds speak of do then.
+        speaking = np.array([cut in shown for cut in each_px])
+        if level_px.size > GROWS_FROM or not speaking.any():
+            speaking[:] = True
+        off_px = width_px - float(np.median(level_px[speaking]))
         # Of few frames the spread about their own mean is too small by what that mean took up.
         few = int(level_px.size > 1)
         look = replace(look, apart_px=float(np.std(level_px, ddof=few)))
