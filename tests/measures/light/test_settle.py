@@ -17,7 +17,7 @@ from tsvision.measures.helix.windows import learning_windows, near_window
 from tsvision.measures.light import settle
 from tsvision.measures.light.blur import with_blur
 from tsvision.measures.light.rounds import EdgeLook, Round, wider_px
-from tsvision.measures.light.settle import _grown_px, _holds, _sent, _unstrained
+from tsvision.measures.light.settle import _as_found, _grown_px, _holds, _sent, _unstrained
 from tsvision.measures.recording import Measurer
 from tsvision.records import Frame, Rig, Strings, View
 
@@ -97,6 +97,27 @@ def test_a_round_that_the_next_one_takes_back_has_not_settled(
     look = EdgeLook((shade, shade), 28.3, last=Round((-0.08, 0.02)))
     ahead = EdgeLook((shade, shade), diameter_px, last=Round((moved_px, 0.0)))
     assert _holds(look, ahead) is holds
+
+
+@pytest.mark.parametrize(
+    ("matched", "diameter_px"), [(0.55, 23.93), (0.45, 23.6), (0.66, 24.6), (0.90, 24.6)]
+)
+def test_a_template_that_finds_fewer_edges_has_not_proved_itself(
+    matched: float, diameter_px: float
+) -> None:
+    """Pale strings before grey, lit from one side: by the first template bundles of 23.4 px came
+    out 0.1 px thick; by the one that it led to, and that led to itself, 1.2 px, with edges in half
+    of the columns (`--wild 1528`: all eight frames 1.4 to 1.6 px thick, stated to 0.6 to 0.9)."""
+    shade = replace(plain_shading(4.0), place_sd_px=0.2)
+    first = EdgeLook((shade, shade), 23.6, last=Round(frames=3, matched=0.70))
+    ahead = EdgeLook((shade, shade), 24.6, last=Round(frames=3, matched=matched))
+    look = replace(ahead, trust=(0.3, 1.0))
+    found = _as_found(look, ahead, [first, look])
+    assert found.diameter_px == pytest.approx(diameter_px, abs=0.01)
+    assert found.shading[0].beyond_px == pytest.approx(found.diameter_px - 24.6)
+    assert found.shading[1].beyond_px == 0.0
+    between = 23.6 < diameter_px < 24.6
+    assert (light_sd_px(found.shading) > 1.2 * light_sd_px(look.shading)) == between
 
 
 class Stuck:

@@ -24,6 +24,9 @@ ROUNDS = (2, 8, 14)  # at least, at most, and at most while each moves the edges
 SETTLED_PX = 0.1  # ... until their places move by no more
 TAKEN_BACK = 2.0 * 2.0**0.5  # sds of a width from which two of them contradict each other
 GROWS_FROM = 3  # frames, from more than which on it is told whether a bundle does
+# Of the columns, those in which a template misses edges that another found: so many are chance, and
+# so many prove that it describes no edges better.
+CHANCE, FEWER = 0.05, 0.2
 SHIFTS, FURTHEST_SHIFT = 4, 0.6  # times that edges are sent elsewhere, and how far, in radii
 
 
@@ -44,7 +47,7 @@ def _settled(cuts: list[Cut], section: Section, first: EdgeLook) -> EdgeLook:
         if turn >= ROUNDS[0] and looks[-1].last.moved_px < SETTLED_PX:
             ahead = next_look(cuts, section, looks[-1])
             if _holds(looks[-1], ahead):
-                return _no_surer(looks[-1], ahead)
+                return _as_found(_no_surer(looks[-1], ahead), ahead, looks[1:])
     return _sent(cuts, section, _unstrained(looks[1:]), looks[2:])
 
 
@@ -53,6 +56,30 @@ def _no_surer(look: EdgeLook, ahead: EdgeLook) -> EdgeLook:
     frames one round may be twice as sure as the next."""
     sd_px = max(light_sd_px(look.shading), light_sd_px(ahead.shading))
     return replace(look, shading=_as_sure(look.shading, sd_px))
+
+
+def _as_found(look: EdgeLook, ahead: EdgeLook, rounds: list[EdgeLook]) -> EdgeLook:
+    """A settled look with the edges of the side that is trusted less drawn to where that template
+    found them which found most, as far as the look's own finds fewer (told by the round `ahead`).
+
+    A template may confirm itself: one of a limb as bright as its ground finds edges where there is
+    none, here and there and askew, and along what is fitted to these the mean edge looks as it
+    says. That of a limb in the dark finds it in nearly all columns.
+    """
+    many = [r for r in rounds if r.last.frames >= ahead.last.frames]
+    most = max(many, key=lambda r: r.last.matched, default=ahead)
+    fewer = most.last.matched - ahead.last.matched
+    share = float(np.clip((fewer - CHANCE) / (FEWER - CHANCE), 0.0, 1.0))
+    apart_px = wider_px(most, ahead)
+    side = int(np.argmin(look.trust))
+    by_px = [0.0, 0.0]
+    by_px[side] = share * apart_px
+    upper, lower = (
+        replace(s, beyond_px=s.beyond_px + by) for s, by in zip(look.shading, by_px, strict=True)
+    )
+    drawn = replace(look, shading=(upper, lower), diameter_px=look.diameter_px + by_px[side])
+    not_known_px = np.sqrt(share * (1.0 - share)) * abs(apart_px)
+    return less_sure(drawn, place_sd_px(float(not_known_px)))
 
 
 def _holds(look: EdgeLook, ahead: EdgeLook) -> bool:
