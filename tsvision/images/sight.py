@@ -193,30 +193,42 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
             again += ridges
         trials += [tried(r, beside=True) for r in again]
         alone = [merit(t) for t in trials]
-    merits = []
-    for trial, own in zip(trials, alone, strict=True):
-        rivals = []
-        for other, merit_of in zip(trials, alone, strict=True):
-            if any(are_legs(trial, third, other) for third in trials):
-                rivals.append(merit_of / LEG_SHARE)
-            if could_cast(trial, other):
-                rivals.append(merit_of / CAST_SHARE)
-            if swallows(trial, other):
-                rivals.append(merit_of / (AS_MUCH if other.by_hue else SWALLOWED_SHARE))
-            if trial.by_hue and not other.by_hue and _alike(trial, other):
-                rivals.append(merit_of / YIELDS)
-        merits.append(0.0 if max(rivals, default=0.0) > own else own)
-    order = np.argsort(-np.array(merits), kind="stable")
+    merits = [
+        own if own >= _strongest_rival(trial, trials, alone) else 0.0
+        for trial, own in zip(trials, alone, strict=True)
+    ]
+    for trial in _distinct(trials, merits):
+        axis, width = _scaled(trial.axis, 1.0 / factor), trial.width_px / factor
+        # A line that was turned may run on far beyond the view.
+        inside = within_view(axis, shape, roi_px)
+        axis = inside if inside.length_px < axis.length_px - width else axis
+        there = replace(trial, axis=axis, width_px=width, support=trial.support / factor)
+        yield _sight_along(pictures, there, told)
+
+
+def _strongest_rival(trial: Trial, trials: list[Trial], merits: list[float]) -> float:
+    """The greatest merit, as it counts against a line, of those whose leg, shadow, part or other
+    colour that line may be; 0 where there is none."""
+    against = [0.0]
+    for other, merit in zip(trials, merits, strict=True):
+        if any(are_legs(trial, third, other) for third in trials):
+            against.append(merit / LEG_SHARE)
+        if could_cast(trial, other):
+            against.append(merit / CAST_SHARE)
+        if swallows(trial, other):
+            against.append(merit / (AS_MUCH if other.by_hue else SWALLOWED_SHARE))
+        if trial.by_hue and not other.by_hue and _alike(trial, other):
+            against.append(merit / YIELDS)
+    return max(against)
+
+
+def _distinct(trials: list[Trial], merits: list[float]) -> Iterator[Trial]:
+    """The likeliest line first, those left out that have come to lie where one before them does."""
     taken: list[Trial] = []
-    for trial in (trials[i] for i in order):
-        if not any(_same(trial, other) for other in taken):
-            taken.append(trial)
-            axis, width = _scaled(trial.axis, 1.0 / factor), trial.width_px / factor
-            # A line that was turned may run on far beyond the view.
-            inside = within_view(axis, shape, roi_px)
-            axis = inside if inside.length_px < axis.length_px - width else axis
-            there = replace(trial, axis=axis, width_px=width, support=trial.support / factor)
-            yield _sight_along(pictures, there, told)
+    for k in np.argsort(-np.array(merits), kind="stable"):
+        if not any(_same(trials[k], other) for other in taken):
+            taken.append(trials[k])
+            yield trials[k]
 
 
 def _same(trial: Trial, other: Trial) -> bool:
