@@ -148,9 +148,10 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
             break
         grown_px = _grown_px(each_px, shown)
         level_px = np.array(list(each_px.values())) - grown_px
-        # By how much bundles grow few frames do not tell: those that the rounds speak of do then.
+        # By how much bundles grow few frames do not tell: where rounds speak of less than half of
+        # them, these alone say where edges are.
         speaking = np.array([cut in shown for cut in each_px])
-        if level_px.size > GROWS_FROM or not speaking.any():
+        if level_px.size > GROWS_FROM or not 0.0 < speaking.mean() < 0.5:
             speaking[:] = True
         off_px = width_px - float(np.median(level_px[speaking]))
         # Of few frames the spread about their own mean is too small by what that mean took up.
