@@ -71,15 +71,22 @@ def _as_found(look: EdgeLook, ahead: EdgeLook, rounds: list[EdgeLook]) -> EdgeLo
     fewer = most.last.matched - ahead.last.matched
     share = float(np.clip((fewer - CHANCE) / (FEWER - CHANCE), 0.0, 1.0))
     apart_px = wider_px(most, ahead)
-    side = int(np.argmin(look.trust))
-    by_px = [0.0, 0.0]
-    by_px[side] = share * apart_px
-    upper, lower = (
-        replace(s, beyond_px=s.beyond_px + by) for s, by in zip(look.shading, by_px, strict=True)
-    )
-    drawn = replace(look, shading=(upper, lower), diameter_px=look.diameter_px + by_px[side])
+    drawn = _side_moved(look, share * apart_px)
+    drawn = replace(drawn, diameter_px=look.diameter_px + share * apart_px)
     not_known_px = np.sqrt(share * (1.0 - share)) * abs(apart_px)
     return less_sure(drawn, place_sd_px(float(not_known_px)))
+
+
+def _less_trusted(look: EdgeLook) -> int:
+    """The side, 0 or 1, whose edges count less in a fit."""
+    return int(np.argmin(look.trust))
+
+
+def _side_moved(look: EdgeLook, by_px: float) -> EdgeLook:
+    """The look with the edges of the side that is trusted less so much farther out."""
+    shading, side = list(look.shading), _less_trusted(look)
+    shading[side] = replace(shading[side], beyond_px=shading[side].beyond_px + by_px)
+    return replace(look, shading=(shading[0], shading[1]))
 
 
 def _holds(look: EdgeLook, ahead: EdgeLook) -> bool:
@@ -140,7 +147,6 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
     light_px = float(np.median(sds_px))
     look = replace(look, shading=_as_sure(look.shading, float(np.hypot(spread_px, light_px))))
     shown = frozenset[int]().union(*(r.last.shown for r in rounds))
-    side = int(np.argmin(look.trust))
     off_px = 0.0
     for sent in range(SHIFTS):
         each_px = widths_px(cuts, section, look)
@@ -148,29 +154,36 @@ def _sent(cuts: list[Cut], section: Section, look: EdgeLook, rounds: list[EdgeLo
             break
         grown_px = _grown_px(each_px, shown)
         level_px = np.array(list(each_px.values())) - grown_px
-        # By how much bundles grow few frames do not tell: where rounds speak of less than half of
-        # them, these alone say where edges are.
-        speaking = np.array([cut in shown for cut in each_px])
-        if level_px.size > GROWS_FROM or not 0.0 < speaking.mean() < 0.5:
-            speaking[:] = True
-        off_px = width_px - float(np.median(level_px[speaking]))
+        off_px = width_px - _level_px(level_px, _speaking(each_px, shown))
         # Of few frames the spread about their own mean is too small by what that mean took up.
         few = int(level_px.size > 1)
         look = replace(look, apart_px=float(np.std(level_px, ddof=few)))
         # What the light is not sure of stays where it is.
         if abs(off_px) < (SETTLED_PX if sent else max(SETTLED_PX, light_px)):
             break
-        moved = replace(look.shading[side], beyond_px=look.shading[side].beyond_px + off_px)
-        if abs(moved.beyond_px) > FURTHEST_SHIFT * moved.rho_px:
+        moved = _side_moved(look, off_px)
+        shade = moved.shading[_less_trusted(moved)]
+        if abs(shade.beyond_px) > FURTHEST_SHIFT * shade.rho_px:
             break
-        shading = (moved, look.shading[1]) if side == 0 else (look.shading[0], moved)
-        look = replace(look, shading=shading, diameter_px=width_px)
+        look = replace(moved, diameter_px=width_px)
     return less_sure(look, place_sd_px(float(np.hypot(off_px, look.apart_px))))
 
 
 def _middle(values: np.ndarray, weights: np.ndarray) -> float:
     """The weighted median of some values (K,)."""
     return float(np.quantile(values, 0.5, weights=weights, method="inverted_cdf"))
+
+
+def _speaking(each_px: dict[int, float], shown: frozenset[int]) -> np.ndarray:
+    """Which (K,) of the frames are among those shown."""
+    return np.array([cut in shown for cut in each_px])
+
+
+def _level_px(level_px: np.ndarray, speaking: np.ndarray) -> float:
+    """How thick bundles are by frames (K,), of which rounds speak of some (K,): the median. By how
+    much bundles grow few frames do not tell: a minority that is spoken of then says it alone."""
+    alone = level_px.size <= GROWS_FROM and 0.0 < speaking.mean() < 0.5
+    return float(np.median(level_px[speaking] if alone else level_px))
 
 
 def _grown_px(each_px: dict[int, float], shown: frozenset[int]) -> np.ndarray:
@@ -182,5 +195,5 @@ def _grown_px(each_px: dict[int, float], shown: frozenset[int]) -> np.ndarray:
         return np.zeros(at.size)
     first, last = np.triu_indices(at.size, 1)
     growth_px = max(float(np.median((px[last] - px[first]) / (at[last] - at[first]))), 0.0)
-    told = np.array([cut in shown for cut in each_px])
+    told = _speaking(each_px, shown)
     return growth_px * (at - np.mean(at[told] if told.any() else at))
