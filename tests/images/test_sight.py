@@ -12,13 +12,13 @@ import cv2
 import numpy as np
 import pytest
 
-from tsvision.images.axis import Ridge, find_channels, find_ridges, relief, unshaded
+from tsvision.images.axis import Ridge, find_channels, find_ridges, off_surroundings, unshaded
 from tsvision.images.candidates import (
     Trial,
     are_legs,
     could_cast,
     line_of_ridge,
-    settle,
+    put_to_trial,
     swallows,
     within_view,
 )
@@ -103,8 +103,10 @@ def test_a_line_of_soft_borders_has_less_support() -> None:
     random = np.random.default_rng(5)
     light = 0.5 - 0.4 * sharp - 0.3 * soft + random.normal(0.0, 0.004, sharp.shape)
     picture = cv2.GaussianBlur(light, (0, 0), 0.8).astype(np.float32)
-    strand = settle([picture], straight_axis(np.array([0.0, 60.0]), np.array([399.0, 60.0])), 12.0)
-    shadow = settle(
+    strand = put_to_trial(
+        [picture], straight_axis(np.array([0.0, 60.0]), np.array([399.0, 60.0])), 12.0
+    )
+    shadow = put_to_trial(
         [picture], straight_axis(np.array([0.0, 140.0]), np.array([399.0, 140.0])), 22.0
     )
     assert strand.support > 300.0 > shadow.support
@@ -123,7 +125,7 @@ def test_what_is_darker_beside_strings_that_are_not_may_be_their_shadow() -> Non
 
     def along(row: float) -> Trial:
         axis = straight_axis(np.array([0.0, row]), np.array([399.0, row]))
-        return settle([blurred], axis, 14.0)
+        return put_to_trial([blurred], axis, 14.0)
 
     strings, dark = along(70.0), along(100.0)
     assert dark.darker and not strings.darker
@@ -397,7 +399,7 @@ def test_strands_as_bright_as_their_ground_in_all_are_one_relief(lit: float) -> 
     """Lit from the side they are brighter than it on one side and darker on the other: by their
     lightness the line is one half of them."""
     film = relief_film(lit)
-    half, whole = find_ridges(film, most=1), find_ridges(film, channels=relief, most=1)
+    half, whole = find_ridges(film, most=1), find_ridges(film, channels=off_surroundings, most=1)
     assert abs(half[0].centre_px[1] - 135.0) > 4.0
     assert half[0].width_px < 0.5 * BUNDLE_PX
     assert abs(whole[0].centre_px[1] - 135.0) < 2.0

@@ -112,7 +112,7 @@ def unshaded(pixels: np.ndarray) -> list[np.ndarray]:
     return [np.ascontiguousarray(100.0 * light[..., c] / whole) for c in (2, 0)]
 
 
-def relief(pixels: np.ndarray) -> list[np.ndarray]:
+def off_surroundings(pixels: np.ndarray) -> list[np.ndarray]:
     """One coarse channel, as `find_channels` makes them: by how much the lightness differs from
     that of what lies about. Strands that are brighter than their ground on one side and as much
     darker on the other are as bright as that together."""

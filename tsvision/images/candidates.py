@@ -46,7 +46,7 @@ class Trial:
     by_hue: bool = False
 
 
-def settle(
+def put_to_trial(
     linears: list[np.ndarray],
     axis: Axis,
     width: float,

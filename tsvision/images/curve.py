@@ -137,7 +137,7 @@ def _find_on(
         if not closely and rough.alike and rough.bow_px < SURELY_STRAIGHT * width:
             return rough
         full = [to_linear(p, sight.gamma) for p in pictures]
-        found = _settle(axis, width, full, sight, ground, (x0, y0, w, h), bundle)
+        found = _laid_through_runs(axis, width, full, sight, ground, (x0, y0, w, h), bundle)
         if found is not None and found.end_px - found.start_px > ALONG * least_px:
             return found
     return None
@@ -266,7 +266,7 @@ def _walk(mask: np.ndarray, half: int, step: int) -> np.ndarray:
     return step * (length - 1.0)
 
 
-def _settle(
+def _laid_through_runs(
     axis: Axis,
     width: float,
     full: list[np.ndarray],

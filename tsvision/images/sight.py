@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsvision.images.axis import Ridge, find_ridges, hue_off_ground, relief, unshaded
+from tsvision.images.axis import Ridge, find_ridges, hue_off_ground, off_surroundings, unshaded
 from tsvision.images.candidates import (
     AS_MUCH,
     CAST_SHARE,
@@ -26,7 +26,7 @@ from tsvision.images.candidates import (
     line_of_ridge,
     moving_ridges,
     plausible,
-    settle,
+    put_to_trial,
     swallows,
     within_view,
 )
@@ -162,7 +162,7 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
 
     def tried(ridge: Ridge, beside: bool = len(small) > 1, **how: bool) -> Trial:
         axis = _scaled(line_of_ridge(ridge, shape, roi_px), factor)
-        return settle(small, axis, ridge.width_px * factor, beside=beside, **how)
+        return put_to_trial(small, axis, ridge.width_px * factor, beside=beside, **how)
 
     # Of one colour first, which is the surer pair: few lines are tried of either kind.
     meeting = bisectors(ridges, shape) + bisectors(ridges, shape, one_colour=False)
@@ -188,7 +188,7 @@ def find_sights(pictures: list[np.ndarray], told: Told) -> Iterator[Sight]:
     # A hue may show but a plate. Cords that bow are followed anyhow.
     lit = max(own for trial, own in zip(trials, alone, strict=True) if not trial.by_hue)
     if least_px > 0.0 and lit < HARDLY * SEARCH_PX:
-        again = find_ridges(few, roi_px, widths_px, most=2, channels=relief)
+        again = find_ridges(few, roi_px, widths_px, most=2, channels=off_surroundings)
         if len(small) == 1:  # one picture does not tell the middle of a wide ridge
             again += ridges
         trials += [tried(r, beside=True) for r in again]
@@ -301,7 +301,7 @@ def _follow(
     linears: list[np.ndarray], axis: Axis, width: float, between: bool, by_hue: bool = False
 ) -> tuple[Trial, list[Strip], Seen]:
     """A line refined on all pictures, their strips along it, and what is seen there."""
-    found = settle(linears, axis, width, turns=1, between=between, by_hue=by_hue)
+    found = put_to_trial(linears, axis, width, turns=1, between=between, by_hue=by_hue)
     half = int(np.ceil(STRIP_WIDTHS * found.width_px)) + 6
     strips = [cut_strip(p, found.axis, (0.0, found.axis.length_px), half) for p in linears]
     hue = seen_by_hue(strips, found.width_px) if by_hue else None

@@ -48,18 +48,18 @@ def test_a_profile_changes_with_blur_and_place_as_tried_out() -> None:
 def test_slopes_are_those_that_residuals_have(kind: str) -> None:
     """The gradient of the cost, off the best place; what light makes up for is no part of it."""
     q = np.array([1.4, -0.3, 0.2])
-    system: shading_fit._System | shading_lamp._System | blur._Seen
+    system: shading_fit._SpreadSystem | shading_lamp._LampSystem | blur._Seen
     if kind == "lamp":
         profiles = sides()
         sd = tuple(np.hypot(p.sd, 0.003) for p in profiles)
-        system = shading_lamp._System(profiles, sd, RHO_PX, 0.0, NONE, True, True)
+        system = shading_lamp._LampSystem(profiles, sd, RHO_PX, 0.0, NONE, True, True)
         q = np.append(q, 0.35)
     elif kind == "frame":
         template = 0.7 * lamp_shapes(RHO_PX, blur.SHARPEST_PX)[:2]
         system = blur._Seen(sides(), template)
     else:
         black = 1.2 if kind == "mirroring" else 0.0
-        system = shading_fit._System(sides(black), RHO_PX, black, True, NONE)
+        system = shading_fit._SpreadSystem(sides(black), RHO_PX, black, True, NONE)
     assert system.slopes is not None
     gradient = system.slopes(q).T @ system.residuals(q)
     tried = 0.02 * np.eye(q.size)

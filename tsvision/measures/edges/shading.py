@@ -124,7 +124,7 @@ class Shading:
             return self.template
         shapes = lamp_shapes(self.rho_px, self.blur_px, self.loss)
         # Before a bright ground, where lamps count as negative, what fades is that ground mirrored.
-        resolved = self.rho_px > RESOLVED * self.blur_px
+        resolved = is_resolved(self.rho_px, self.blur_px)
         fading = np.where(BEHIND & resolved, np.maximum(self.lamps, 0.0), 0.0)
         step = limb_level(self.ambient, self.lamps - fading) * shapes[0] + fading @ shapes[1:]
         step -= self._lost
@@ -139,6 +139,11 @@ class Shading:
 def inside_px(rho_px: float) -> float:
     """How far inside an edge its profile is learnt."""
     return max(0.85 * rho_px, 2.5)
+
+
+def is_resolved(rho_px: float, blur_px: float) -> bool:
+    """Whether what lies within a strand of this radius, a groove say, is told from its limb."""
+    return rho_px > RESOLVED * blur_px
 
 
 def limb_loss(black: float) -> float:

@@ -30,10 +30,10 @@ from tsvision.measures.edges.shading import (
     MIRRORED_SD,
     PLACE_RANGE_PX,
     RAMPS,
-    RESOLVED,
     EdgeProfile,
     Shading,
     averaged_blur_px,
+    is_resolved,
     lamp_shapes,
     limb_loss,
     looked_up,
@@ -136,7 +136,7 @@ def fit_shading(
 class _Light:
     """A system solved: q (3,) = blur and both places, and the width's sd."""
 
-    system: _System
+    system: _SpreadSystem
     q: np.ndarray
     width_sd_px: float
 
@@ -169,7 +169,7 @@ def _fit_light(
             misfit, bounds=np.log(SHARP_PX), method="bounded", options={"xatol": SHARP_TO}
         )
         return told(best.x)
-    system = _System(profiles, rho_px, black, rho_px > RESOLVED * blur_start_px, beside)
+    system = _SpreadSystem(profiles, rho_px, black, is_resolved(rho_px, blur_start_px), beside)
     blur = float(np.clip(blur_start_px, 0.4, 5.5))
     far = far_out_px(rho_px)
     starts = [np.array([blur, *places]) for places in ((0.0, 0.0), (far, 0.0), (0.0, far))]
@@ -210,7 +210,7 @@ def _either(light: _Light, unlit: _Light) -> _Light:
     return _Light(system, q, float(np.hypot(sd, between)))
 
 
-class _System(Separable):
+class _SpreadSystem(Separable):
     """The linear part: given blur and places, the light of both sides by least squares.
 
     Unknowns of a side: ambient and the lamps, over the core's light, and the ground's error and

@@ -32,9 +32,9 @@ from tsvision.measures.edges.shading import (
     BLUR_RANGE_PX,
     PLACE_RANGE_PX,
     RAMPS,
-    RESOLVED,
     EdgeProfile,
     averaged_blur_px,
+    is_resolved,
     lamp_shape,
     limb_loss,
     looked_up,
@@ -98,7 +98,7 @@ def fit_lamp(
     where it stands by the camera a gleam is told from a groove where that alone does not describe
     the profiles to what is known of them."""
     known = profiles, sd, rho_px, blur_start_px, black, beside
-    grooved &= rho_px > RESOLVED * blur_start_px
+    grooved &= is_resolved(rho_px, blur_start_px)
     glossy &= rho_px > GLEAM_RESOLVED * blur_start_px
     if glossy:
         gleaming = _fit(*known, grooved, True)
@@ -124,7 +124,7 @@ def _fit(
     grooved: bool,
     glossy: bool,
 ) -> Lamp:
-    system = _System(profiles, sd, rho_px, black, beside, grooved, glossy)
+    system = _LampSystem(profiles, sd, rho_px, black, beside, grooved, glossy)
 
     def fit(start: np.ndarray, max_nfev: int) -> OptimizeResult:
         return fit_separable(
@@ -155,7 +155,7 @@ def starts(rho_px: float) -> list[tuple[tuple[float, float], float]]:
     return [*near, ((far, 0.0), -ASIDE_RAD), ((0.0, far), ASIDE_RAD)]
 
 
-class _System(Separable):
+class _LampSystem(Separable):
     """The linear part: given q = (blur, both places, theta), the light of both profiles, and of
     what is beside them, by least squares."""
 

@@ -24,7 +24,7 @@ from tsvision.images.sharpness import sharpness_px
 from tsvision.images.sight import cover_along, hue_along, seen_by
 from tsvision.images.signal import DISTANCE, LUMA, Signal, Way
 from tsvision.measures.edges.cut import Cut
-from tsvision.measures.edges.shading import RESOLVED
+from tsvision.measures.edges.shading import is_resolved
 from tsvision.measures.helix.silhouette import Section
 from tsvision.measures.helix.uncertainty import light_sd_px, place_sd_px
 from tsvision.measures.light.beside import SHARP_PX
@@ -64,18 +64,18 @@ def surest(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     """The same, or what another signal teaches of the strings, alone or along, if that is more:
     where they were told by their colour, brightness or all of their difference from the ground;
     where brightness leaves them open, a hue; and beside a hue how much of the ground they cover."""
-    learnt = _by_all(learnt, section, half_px)
+    learnt = _colour_by_distance(learnt, section, half_px)
     if learnt.sight.signal.in_colour:
         other = _learnt_by(LUMA, learnt, section, half_px)
     else:
         learnt, other = _by_hue(learnt, section, half_px)
-        learnt = _by_any(learnt, section, half_px)
+        learnt = _brightness_by_distance(learnt, section, half_px)
     if other is not None:
         learnt = _beside_brightness(learnt, other, section)
     return _beside_cover(learnt, section, half_px)
 
 
-def _by_all(learnt: Learnt, section: Section, half_px: int) -> Learnt:
+def _colour_by_distance(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     """The same, or what all of the difference from the ground teaches: where colours across the
     ground's own show less than that, or a hue hardly an edge, maybe of one of several colours."""
     way = learnt.sight.signal.way
@@ -90,7 +90,7 @@ def _by_all(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     return whole if shown else learnt
 
 
-def _by_any(learnt: Learnt, section: Section, half_px: int) -> Learnt:
+def _brightness_by_distance(learnt: Learnt, section: Section, half_px: int) -> Learnt:
     """The same, or where it shows hardly an edge what any difference from the ground teaches, if
     that settles: strands nearly as bright as their ground are brighter than it in their middle and
     darker at their limbs."""
@@ -108,10 +108,10 @@ def _beside_brightness(learnt: Learnt, other: Learnt, section: Section) -> Learn
     sharp_px = _sharp_px(learnt, other.edge) if hue else float("nan")
     in_shreds = learnt.sight.signal.by_distance and not _is_as_long(other, learnt)
     if in_shreds or not _is_seen(other.edge, learnt.edge):
-        if hue and learnt.edge.shading[0].rho_px > RESOLVED * SHARP_PX[-1]:
+        if hue and is_resolved(learnt.edge.shading[0].rho_px, SHARP_PX[-1]):
             return _as_bright(learnt, other, section, sharp_px, seen=False)
         return _as_stored(learnt, sharp_px, section)
-    if hue and other.edge.shading[0].rho_px > RESOLVED * sharp_px:
+    if hue and is_resolved(other.edge.shading[0].rho_px, sharp_px):
         learnt = _as_bright(learnt, other, section, sharp_px, seen=True)
         return other if _tells_more(other.edge, learnt.edge) else learnt
     learnt = _as_stored(learnt, sharp_px, section)
