@@ -137,6 +137,26 @@ def test_what_is_darker_beside_strings_that_are_not_may_be_their_shadow() -> Non
     assert not any(could_cast(dark, replace(strings, axis=axis)) for axis in (across, far))
 
 
+def test_a_hue_shows_which_strings_cast_a_shadow_however_far_from_it() -> None:
+    """Pale strands before wood, their shadow five widths off, as dark as they are bright: by light
+    it stood out along more of the picture, and D was the shadow's."""
+    rows, columns = np.mgrid[0:HEIGHT_PX, 0:WIDTH_PX].astype(float)
+    random = np.random.default_rng(5)
+    film = []
+    for turn in (0.0, 0.4, 0.8):
+        picture = np.full((HEIGHT_PX, WIDTH_PX, 3), 1.0) * (0.16, 0.29, 0.5)
+        for k in range(2):
+            wave = 140.0 + 4.0 * np.cos(2 * np.pi * columns / 60.0 + np.pi * (k + turn))
+            picture[np.abs(rows - wave - 90.0) < 4.0] = 0.064, 0.116, 0.2
+            strand = (np.abs(rows - wave) < 4.0) & (columns > 40.0)
+            picture[strand] = 0.75, 0.75, 0.8
+        code = 255.0 * cv2.GaussianBlur(picture, (0, 0), 0.8) ** (1 / 2.2)
+        film.append(code + random.normal(0.0, 1.5, code.shape))
+    sight = find_sight(coded(film))
+    assert sight is not None
+    assert abs(float(sight.axis.at(np.array([300.0]))[0, 1]) - 140.0) < 4.0
+
+
 def test_strings_and_their_shadow_in_one_are_told_from_strings() -> None:
     """A run 58 px wide that holds one of 22 (seen: yellow and blue strings close to a grey ground)
     gives way to it; not to one that lies across or beside, nor to one nearly as wide."""

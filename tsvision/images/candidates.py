@@ -83,9 +83,10 @@ def put_to_trial(
     return Trial(axis, width, support, bool(darker), between, by_hue)
 
 
-def could_cast(trial: Trial, other: Trial) -> bool:
-    """Whether what is darker than the ground may be the shadow of something beside it that is not:
-    a shadow coils and knots as its strings do, and may stand out by more than they."""
+def could_cast(trial: Trial, other: Trial, farthest_d: float = CAST_D) -> bool:
+    """Whether what is darker than the ground may be the shadow of something beside it, at most so
+    many widths off, that is not: a shadow coils and knots as its strings do, and may stand out by
+    more than they."""
     if not trial.darker or other.darker or not 0.5 < trial.width_px / other.width_px < 2.0:
         return False
     middle = other.axis.at(np.array([0.5 * other.axis.length_px]))[0]
@@ -95,7 +96,7 @@ def could_cast(trial: Trial, other: Trial) -> bool:
     aside = abs(float(along[0] * away[1] - along[1] * away[0]))
     there = other.axis.tangent(np.array([0.0]))[0]
     turned = abs(float(along[0] * there[1] - along[1] * there[0]))
-    return turned < PARALLEL and 0.8 * trial.width_px < aside < CAST_D * trial.width_px
+    return turned < PARALLEL and 0.8 * trial.width_px < aside < farthest_d * trial.width_px
 
 
 def are_legs(trial: Trial, third: Trial, other: Trial) -> bool:

@@ -215,6 +215,8 @@ def _strongest_rival(trial: Trial, trials: list[Trial], merits: list[float]) -> 
             against.append(merit / LEG_SHARE)
         if could_cast(trial, other):
             against.append(merit / CAST_SHARE)
+        elif other.by_hue and could_cast(trial, other, farthest_d=np.inf):
+            against.append(merit / AS_MUCH)
         if swallows(trial, other):
             against.append(merit / (AS_MUCH if other.by_hue else SWALLOWED_SHARE))
         if trial.by_hue and not other.by_hue and _alike(trial, other):
