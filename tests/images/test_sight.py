@@ -24,13 +24,14 @@ from tsvision.images.candidates import (
 )
 from tsvision.images.curve import find_curve
 from tsvision.images.linear import to_linear
+from tsvision.images.masks import masks_of
 from tsvision.images.motion import motion_picture, moving_share
 from tsvision.images.runs import leg_spread
 from tsvision.images.seen import Seen, seen_by_hue, seen_in
 from tsvision.images.shadow import find_shadow
-from tsvision.images.sight import Sight, Told, _follow, find_sight
-from tsvision.images.signal import Signal, Way
-from tsvision.images.strip import Strip, cut_strip, straight_axis
+from tsvision.images.sight import Sight, Told, _follow, _sight_along, find_sight
+from tsvision.images.signal import LUMA, Signal, Way
+from tsvision.images.strip import Axis, Strip, cut_strip, straight_axis
 from tsvision.images.telling import find_hue
 
 WIDTH_PX, HEIGHT_PX = 480, 270
@@ -395,6 +396,32 @@ def test_a_bright_spigot_is_not_what_tells_dark_strands(red: float) -> None:
     assert sight is not None
     assert sight.signal.in_colour
     assert off_axis_px(sight) < 1.0
+
+
+@pytest.mark.parametrize("support", [340.0, 380.0])
+def test_a_hue_tells_strands_that_hardly_stand_out_and_not_the_light_of_a_spigot(
+    support: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Grey before wood about as bright, in a shadow close by: two signals at odds told them by 1.5
+    sd, luma the spigot by 6, and D was the spigot's (`tests.bench.colours --only 524`). A hue shows
+    them by 12; not where less of the line speaks for it, as of one strand of two."""
+    film = bundle_film((0.1, 0.235, 0.43), ((0.26, 0.22, 0.25),), shadow=0.3, spigot=True)[:3]
+
+    def at_odds(
+        linears: list[np.ndarray], axis: Axis, width: float, between: bool, by_hue: bool = False
+    ) -> tuple[Trial, list[Strip], Seen]:
+        found, strips, seen = _follow(linears, axis, width, False, by_hue)
+        if by_hue:
+            return found, strips, seen
+        if between:
+            seen = Seen(LUMA, 6.0, *masks_of(strips, LUMA, width, False, True))
+            return replace(found, support=100.0, between=True), strips, seen
+        return replace(found, support=support), strips, replace(seen, separation=1.5)
+
+    monkeypatch.setattr("tsvision.images.sight._follow", at_odds)
+    line = Trial(straight_axis(START, END), BUNDLE_PX, support, darker=False)
+    sight = _sight_along(film, line, Told())
+    assert sight.signal.in_colour == (support < 362.0)
 
 
 def relief_film(lit: float) -> list[np.ndarray]:

@@ -265,7 +265,10 @@ def _sight_along(pictures: list[np.ndarray], trial: Trial, told: Told) -> Sight:
         other, there, more = _follow(linears, axis, width, True)
         shown = other.support > SUPPORTED * found.support and _alike(found, other)
         if shown and more.separation > TWICE * seen.separation:
-            found, strips, seen = other, there, more
+            # The brightest columns may be the connector's still, where a hue shows strings plainly.
+            hue = _follow(linears, axis, width, between, by_hue=True)
+            plainer = hue[0].support > found.support and hue[2].separation > more.separation
+            found, strips, seen = hue if plainer else (other, there, more)
     axis, width, between, half = found.axis, found.width_px, found.between, strips[0].half_px
     by_distance = seen.signal.by_distance
     sense = 1 if by_distance or core_of(strips, seen.signal, width, between) >= 0 else -1
