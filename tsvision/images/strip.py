@@ -143,14 +143,6 @@ def cut_strip(
 
 
 def averaged(values: np.ndarray, side: int) -> np.ndarray:
-    """Values (R, M) or (R, M, C), each the mean of what is known of a square of this side, px,
-    about it; NaN where it is itself."""
-    if side < 2:
-        return values
-    known = np.isfinite(values)
-    if known.all():
-        return np.asarray(cv2.blur(values, (side, side)))
-    # A box's running sums never get rid of a NaN again.
-    light = cv2.blur(np.where(known, values, values.dtype.type(0)), (side, side))
-    share = cv2.blur(known.astype(values.dtype), (side, side))
-    return np.where(known, light / np.where(known, share, 1), values.dtype.type(np.nan))
+    """Values (R, M) or (R, M, C), each the mean of a square of this side, px, about it; NaN where
+    any there is."""
+    return values if side < 2 else np.asarray(cv2.blur(values, (side, side)))
