@@ -145,7 +145,7 @@ def test_a_hue_shows_which_strings_cast_a_shadow_however_far_from_it() -> None:
     random = np.random.default_rng(5)
     film = []
     for turn in (0.0, 0.4, 0.8):
-        picture = np.full((HEIGHT_PX, WIDTH_PX, 3), 1.0) * (0.16, 0.29, 0.5)
+        picture = np.full((HEIGHT_PX, WIDTH_PX, 3), (0.16, 0.29, 0.5))
         for k in range(2):
             wave = 140.0 + 4.0 * np.cos(2 * np.pi * columns / 60.0 + np.pi * (k + turn))
             picture[np.abs(rows - wave - 90.0) < 4.0] = 0.064, 0.116, 0.2
@@ -398,9 +398,9 @@ def test_a_bright_spigot_is_not_what_tells_dark_strands(red: float) -> None:
     assert off_axis_px(sight) < 1.0
 
 
-@pytest.mark.parametrize("support", [340.0, 380.0])
+@pytest.mark.parametrize(("support", "in_colour"), [(340.0, True), (380.0, False)])
 def test_a_hue_tells_strands_that_hardly_stand_out_and_not_the_light_of_a_spigot(
-    support: float, monkeypatch: pytest.MonkeyPatch
+    support: float, in_colour: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Grey before wood about as bright, in a shadow close by: two signals at odds told them by 1.5
     sd, luma the spigot by 6, and D was the spigot's (`tests.bench.colours --only 524`). A hue shows
@@ -421,7 +421,7 @@ def test_a_hue_tells_strands_that_hardly_stand_out_and_not_the_light_of_a_spigot
     monkeypatch.setattr("tsvision.images.sight._follow", at_odds)
     line = Trial(straight_axis(START, END), BUNDLE_PX, support, darker=False)
     sight = _sight_along(film, line, Told())
-    assert sight.signal.in_colour == (support < 362.0)
+    assert sight.signal.in_colour == in_colour
 
 
 def relief_film(lit: float) -> list[np.ndarray]:

@@ -59,6 +59,8 @@ ASTRAY = 0.5  # of what spoke for a line on small pictures, below which it was l
 IN_FEW = 0.25
 HARDLY = 0.1  # of SEARCH_PX: columns for a line, below which it is hardly one
 
+Followed = tuple[Trial, list[Strip], Seen]  # a line refined, its strips, and what is seen there
+
 
 @dataclass(frozen=True)
 class Sight:
@@ -246,29 +248,9 @@ def _alike(trial: Trial, other: Trial) -> bool:
 
 
 def _sight_along(pictures: list[np.ndarray], trial: Trial, told: Told) -> Sight:
-    """What is seen along a line in pictures of full size, where it is followed. By light it may be
-    led astray only there; then a hue that shows it better serves."""
+    """What is seen along a line in pictures of full size, where it is followed."""
     linears = [to_linear(p, told.gamma) for p in pictures]
-    axis, width, between = trial.axis, trial.width_px, trial.between
-    followed = _follow(linears, axis, width, between, trial.by_hue)
-    if not trial.by_hue and followed[0].support < ASTRAY * trial.support:
-        by_hue = _follow(linears, axis, width, between, by_hue=True)
-        if by_hue[0].support > followed[0].support:
-            followed = by_hue
-    found, strips, seen = followed
-    # What a distance shows of several colours no weighted sum does, however well it stands out.
-    plain = not (between or found.by_hue or seen.signal.by_distance)
-    if plain and seen.separation < FEEBLE:
-        # Frames of few turns, which the line was told without, may show legs most of the way. Where
-        # none are seen what stands out may be the connector, and nothing supports the line. At
-        # half its width it may be what lies between crests.
-        other, there, more = _follow(linears, axis, width, True)
-        shown = other.support > SUPPORTED * found.support and _alike(found, other)
-        if shown and more.separation > TWICE * seen.separation:
-            # The brightest columns may be the connector's still, where a hue shows strings plainly.
-            hue = _follow(linears, axis, width, between, by_hue=True)
-            plainer = hue[0].support > found.support and hue[2].separation > more.separation
-            found, strips, seen = hue if plainer else (other, there, more)
+    found, strips, seen = _followed(linears, trial)
     axis, width, between, half = found.axis, found.width_px, found.between, strips[0].half_px
     by_distance = seen.signal.by_distance
     sense = 1 if by_distance or core_of(strips, seen.signal, width, between) >= 0 else -1
@@ -302,9 +284,36 @@ def _sight_along(pictures: list[np.ndarray], trial: Trial, told: Told) -> Sight:
     )
 
 
+def _followed(linears: list[np.ndarray], trial: Trial) -> Followed:
+    """A line as what shows it best shows it. By light it may be led astray on pictures of full size
+    only; then a hue that shows it better serves."""
+    axis, width, between = trial.axis, trial.width_px, trial.between
+    found, _, seen = followed = _follow(linears, axis, width, between, trial.by_hue)
+    by_hue = None
+    if not trial.by_hue and found.support < ASTRAY * trial.support:
+        by_hue = _follow(linears, axis, width, between, by_hue=True)
+        if by_hue[0].support > found.support:
+            return by_hue
+    # What a distance shows of several colours no weighted sum does, however well it stands out.
+    plain = not (between or found.by_hue or seen.signal.by_distance)
+    if not (plain and seen.separation < FEEBLE):
+        return followed
+    # Frames of few turns, which the line was told without, may show legs most of the way. Where
+    # none are seen what stands out may be the connector, and nothing supports the line. At half its
+    # width it may be what lies between crests.
+    other, _, more = between_legs = _follow(linears, axis, width, True)
+    shown = other.support > SUPPORTED * found.support and _alike(found, other)
+    if not (shown and more.separation > TWICE * seen.separation):
+        return followed
+    # The brightest columns may be the connector's still, where a hue shows strings plainly.
+    by_hue = by_hue or _follow(linears, axis, width, between, by_hue=True)
+    plainer = by_hue[0].support > found.support and by_hue[2].separation > more.separation
+    return by_hue if plainer else between_legs
+
+
 def _follow(
     linears: list[np.ndarray], axis: Axis, width: float, between: bool, by_hue: bool = False
-) -> tuple[Trial, list[Strip], Seen]:
+) -> Followed:
     """A line refined on all pictures, their strips along it, and what is seen there."""
     found = put_to_trial(linears, axis, width, turns=1, between=between, by_hue=by_hue)
     half = int(np.ceil(STRIP_WIDTHS * found.width_px)) + 6
