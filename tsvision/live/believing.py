@@ -90,8 +90,10 @@ class Live:
     def push(self, result: FrameResult, may_decide: bool = True) -> LiveState:
         """Take one measured frame, in the order taken."""
         self.results.append(FrameResult(result.row, None, result.knots, result.lobes))
-        spoken = self._evidence(result)
-        ready = bool(speak.ready_to_knot(pd.DataFrame(list(self._tail)))[-1])
+        self._tail.append(asdict(result.row))
+        tail = pd.DataFrame(list(self._tail))
+        spoken = self._evidence(result, tail)
+        ready = bool(speak.ready_to_knot(tail)[-1])
         self._advance(spoken, abs(result.row.turns), ready)
         there = self._nested()
         level = max((k for k, p in there.items() if p > 0.5), default=0)
@@ -111,11 +113,9 @@ class Live:
         onset = self.account().onsets[self.watch_for]
         return onset if onset.status == "observed" else None
 
-    def _evidence(self, result: FrameResult) -> dict[int, float]:
-        row = asdict(result.row)
-        self._tail.append(row)
-        tail = pd.DataFrame(list(self._tail))
-        now = pd.DataFrame([row])
+    def _evidence(self, result: FrameResult, tail: pd.DataFrame) -> dict[int, float]:
+        """What this frame says of each phase; tail: the last frames, it the last of them."""
+        now = tail.iloc[-1:]
         certainty, largest = self._sightings(result)
         hole = self.rig.actuator.hole_diameter_mm
         return {

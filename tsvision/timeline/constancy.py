@@ -14,7 +14,6 @@ on how wide they are, and may.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -101,7 +100,7 @@ def _tested(
 ) -> Constancy:
     turns = np.abs(numbers(frames, "turns"))
     phases = frames["phase"].astype(str).str.replace("_", " ").isin(OVERTWISTED).to_numpy()
-    good = phases & np.isfinite(turns) & np.isfinite(values) & ~_any_flag(frames, NOT_OF_THIS_FRAME)
+    good = phases & np.isfinite(turns) & np.isfinite(values) & ~flagged(frames, *NOT_OF_THIS_FRAME)
     count = int(good.sum())
     margin = MARGIN_PERCENT if unit == "%" else MARGIN_DEG
     if count < LEAST_FRAMES or np.ptp(turns[good]) < LEAST_TURNS:
@@ -118,10 +117,6 @@ def _tested(
     return Constancy(
         name, unit, status, count, *ends, change, sd, change - half, change + half, margin, seen
     )
-
-
-def _any_flag(frames: pd.DataFrame, names: Iterable[str]) -> np.ndarray:
-    return np.logical_or.reduce([flagged(frames, name) for name in names])
 
 
 def _along_a_line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:

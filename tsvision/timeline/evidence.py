@@ -41,17 +41,17 @@ def measured(frames: pd.DataFrame) -> np.ndarray:
     there = [name for name in READINGS if name in frames]
     if there:
         good &= np.any([np.isfinite(numbers(frames, name)) for name in there], axis=0)
-    for name in DEAD_FLAGS:
-        good &= ~flagged(frames, name)
-    return good
+    return np.asarray(good & ~flagged(frames, *DEAD_FLAGS))
 
 
-def flagged(frames: pd.DataFrame, name: str) -> np.ndarray:
-    """(n,) True where a frame carries the flag."""
+def flagged(frames: pd.DataFrame, *names: str) -> np.ndarray:
+    """(n,) True where a frame carries any of the flags."""
     if "flags" not in frames:
         return np.zeros(len(frames), dtype=bool)
-    flags = frames["flags"].fillna("").astype(str)
-    return flags.str.contains(name, regex=False).to_numpy(dtype=bool)
+    # pandas' text methods took half of the time that a live frame is believed in.
+    flags = frames["flags"].to_numpy(dtype=object)
+    told = [flag if isinstance(flag, str) else "" for flag in flags]
+    return np.array([any(name in text for name in names) for text in told], dtype=bool)
 
 
 def threshold_evidence(values: np.ndarray, threshold: float, floor: float) -> np.ndarray:
@@ -134,8 +134,7 @@ def knot_evidence(frames: pd.DataFrame, certainty: np.ndarray, criteria: Criteri
     chance = np.clip(np.where(seen, certainty, 0.5), 0.02, 0.98)
     speaks_for = np.log(chance / (1.0 - chance))
     miss = np.clip(norm.cdf(_margin(frames, criteria) / ENVELOPE_NOISE), 0.03, 0.3)
-    hidden = flagged(frames, NO_FIT) | flagged(frames, CLIPPED)
-    miss = np.where(hidden, HIDDEN_MISS, miss)
+    miss = np.where(flagged(frames, NO_FIT, CLIPPED), HIDDEN_MISS, miss)
     straight = ratio_of(frames, "coil_amplitude") < STRAIGHT * criteria.coil_ratio
     straight |= ratio_of(frames, "baseline_envelope") < STRAIGHT_BASELINE
     straight &= ~flagged(frames, NO_FIT)

@@ -54,7 +54,10 @@ def numbers(table: pd.DataFrame, column: str) -> np.ndarray:
     """A column as floats (len(table),), NaN where it is missing or no number."""
     if column not in table:
         return np.full(len(table), np.nan)
-    return pd.to_numeric(table[column], errors="coerce").to_numpy(dtype=float)
+    values = table[column]
+    if values.dtype != float:
+        values = pd.to_numeric(values, errors="coerce")
+    return values.to_numpy(dtype=float)
 
 
 def _zeros(like: np.ndarray) -> np.ndarray:

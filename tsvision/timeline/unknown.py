@@ -88,9 +88,9 @@ def _untold(like: Onset) -> Onset:
 
 def camera_moves(frames: pd.DataFrame) -> tuple[str, ...]:
     """A note for every frame from which on the camera stood elsewhere."""
-    if "flags" not in frames:
+    moved = speak.flagged(frames, "CAMERA_MOVED")
+    if not moved.any():
         return ()
-    moved = frames["flags"].fillna("").astype(str).str.contains("CAMERA_MOVED", regex=False)
     return tuple(
         f"the camera or the rig moved before frame {frame} (at {turns:.4g} turns): what lies "
         "before and after was measured on its own"
